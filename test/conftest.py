@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from collecting import pytest_pycollect_makemodule as pytest_pycollect_makemodule
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.law.registry import Registry

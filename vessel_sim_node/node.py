@@ -16,6 +16,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.hull_check import bounded
 from vessel_hsmc_ros.plant.simulator import Simulator
@@ -107,6 +108,7 @@ class VesselSimNode(VesselNode):
         self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
         self._applied = self.framed(conversions.new_wrench())
         self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
         self._clock_out: Any = None
         self._fleet: FleetClock | None = None
         if lockstep:
@@ -156,6 +158,7 @@ class VesselSimNode(VesselNode):
         measured_at = self._pace.stamp(self._step - self._plant.periods_late)
         conversions.write_odometry(self._odometry, conversions.time_message(measured_at), measured)
         self.send(self._odometry_out, self._odometry)
+        self._publish_transform(self._odometry)
         if self._clock_out:
             self._clock_message.clock = conversions.time_message(self.stamp)
             self.send(self._clock_out, self._clock_message)

@@ -128,6 +128,7 @@ def test_a_bag_is_complete_only_if_all_of_it_is_and_a_repair_describes_it_as_bef
 def test_a_file_of_another_name_is_described_under_it(bag: Path) -> None:
     path = files(bag)[-1]
     path.rename(path.with_name("bag_7.mcap"))
+    (bag / "metadata.yaml").unlink()  # which has the former name
     assert not is_complete(bag)
     assert repair(bag).described
     shown = information(bag)
@@ -164,6 +165,7 @@ def test_a_file_without_messages_has_no_part_in_the_time_of_its_bag(tmp_path: Pa
     empty.add_topic(topic("/clock", CLOCK))
     empty.close()
     shutil.copy(tmp_path / "empty" / "empty_0.mcap", tmp_path / "bag" / "bag_2.mcap")
+    (tmp_path / "bag" / "metadata.yaml").unlink()  # which does not name it
     assert repair(tmp_path / "bag").messages == 2
     shown = information(tmp_path / "bag")
     assert (shown["starting_time"]["nanoseconds_since_epoch"], shown["duration"]["nanoseconds"]) == (5_000 * UNIT, 2_000 * UNIT)

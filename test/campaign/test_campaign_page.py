@@ -263,6 +263,6 @@ def test_a_click_on_a_run_shows_the_command_that_repeats_it(two_laws: Path, tab:
 
 
 def test_a_share_is_shown_with_the_digits_that_matter() -> None:
-    assert [share_text(share) for share in (0.0, 0.00031234, 0.127, 0.9996, 1.0)] == [
-        "0 %", "0.031 %", "13 %", "99.96 %", "100 %",
+    assert [share_text(share) for share in (0.0, 0.00031234, 0.127, 0.994, 0.995, 0.996, 0.997, 0.9996, 1.0)] == [
+        "0 %", "0.031 %", "13 %", "99 %", "99.5 %", "99.6 %", "99.7 %", "99.96 %", "100 %",
     ]  # fmt: skip

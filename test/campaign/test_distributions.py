@@ -63,6 +63,16 @@ def test_a_grid_includes_its_ends() -> None:
 
 
 @pytest.mark.parametrize(
+    ("drawn", "expected"), [((0.5, 1.5, 2.5, 3.5), [1, 2, 3, 4]), ((0.49, 1.51, 2.0), [0, 2, 2]), ((6.5, 7.5), [7, 8])]
+)
+def test_the_values_of_an_integer_halfway_between_two_are_each_rounded_up_so_that_a_grid_repeats_none(
+    drawn: tuple[float, ...], expected: list[int]
+) -> None:
+    made = make_drawn("vessel_sim.seed", {"grid": [0.5, 2.5, 3]}, load_scenario("case2_tracking"))
+    assert [made.value(value) for value in drawn] == expected
+
+
+@pytest.mark.parametrize(
     ("given", "message"),
     [
         (3.0, r"it takes one of \{uniform: \[low, high\], loguniform"),

@@ -109,6 +109,8 @@ def test_a_pulse_of_force_and_moment_is_commanded_after_a_confirmation(monkeypat
     class Observed:
         """Stands for the connection with running nodes."""
 
+        units = ("N", "N·m")
+
         def __init__(self, *_: Any) -> None:
             pass
 

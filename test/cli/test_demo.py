@@ -1,16 +1,23 @@
 """The order of events of `vessel-hsmc demo`, without nodes."""
 
+import re
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import bag_making
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from matplotlib.colors import to_rgb
+from matplotlib.image import imread
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.report.style import series_colour
 from vessel_hsmc_ros.runs import scenario_run
+from vessel_hsmc_ros.runs.comparison_page import COLOURS
+from vessel_hsmc_ros.runs.demonstration import LAWS
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
@@ -48,7 +55,7 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Demonstration:
 def test_both_laws_run_in_lockstep_on_the_same_scenario(demonstration: Demonstration) -> None:
     assert demonstration.result.exit_code == 0
     scenarios = demonstration.scenarios
-    assert [scenario.controller.law for scenario in scenarios] == ["hierarchical_printed", "guided"]
+    assert [scenario.controller.law for scenario in scenarios] == ["guided", "hierarchical", "hierarchical_printed"]
     assert {scenario.name for scenario in scenarios} == {"case2_tracking"}
     assert all(scenario.controller.lockstep for scenario in scenarios)
 
@@ -61,8 +68,19 @@ def test_each_run_keeps_a_folder_of_its_own_beside_the_common_page(demonstration
 
 def test_the_sentences_follow_the_table(demonstration: Demonstration) -> None:
     output = demonstration.result.output
-    places = [output.index(text) for text in ("position error, final", "The paper's law (hierarchical)", "The guided law")]
+    places = [output.index(text) for text in ("position error, final", "The guided law", "The paper's law (hierarchical)")]
     assert places == sorted(places)
+
+
+def test_a_law_has_one_colour_in_the_demonstration_and_in_comparisons() -> None:
+    """Also in the picture of README, which its command draws."""
+    assert {law: series_colour(run) for run, law in enumerate(LAWS)} == {law: COLOURS[law] for law in LAWS}
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    (laws,) = re.findall(r"`vessel-hsmc compare case2_tracking --laws ([\w,]+)` draws this picture", readme)
+    picture = imread(Path(__file__).parents[2] / "docs" / "images" / "compare_case2.png")[..., :3]
+    for law in laws.split(","):
+        shown = np.abs(picture - to_rgb(COLOURS[law])).max(axis=2) < 0.02
+        assert np.count_nonzero(shown) > 500, law
 
 
 def test_a_run_that_fails_ends_the_command_with_its_exit_code(tmp_path: Path) -> None:

@@ -1,10 +1,14 @@
+import shlex
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from vessel_hsmc_ros.bags.writer import BagWriter
+from vessel_hsmc_ros.cli import results
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 
@@ -38,3 +42,24 @@ def test_excite_names_a_ship_that_does_not_exist_in_one_line() -> None:
         call("excite", "yacht")
     with pytest.raises(ScenarioError, match=r"file nowhere\.yaml cannot be read"):
         call("excite", "nowhere.yaml")
+
+
+@pytest.mark.parametrize("name", ["my boat.yaml", "boat's.yaml", "$HOME & co.yaml"])
+def test_the_next_command_can_be_pasted_whatever_the_name_of_the_file(name: str) -> None:
+    output = call("excite", "otter", "--file", name)
+    command = output[output.index("vessel-hsmc simulate") :].partition(", or sail it")[0]
+    assert shlex.split(command) == ["vessel-hsmc", "simulate", name]
+
+
+@pytest.mark.parametrize("name", ["my runs", "o'clock", "a;b"])
+def test_the_command_that_continues_from_a_failed_run_can_be_pasted(tmp_path: Path, name: str) -> None:
+    bag = tmp_path / name
+    BagWriter(bag).close()
+    command = results._what_remains(bag).partition(": ")[2]
+    assert shlex.split(command) == ["vessel-hsmc", "report", str(bag)]
+
+
+def test_the_start_of_the_nodes_of_a_stack_can_be_pasted() -> None:
+    for line in commands(interfaces()["heron"], "my boat"):
+        assert "my boat.yaml" in shlex.split(line)
+        assert "my boat_heron.yaml" in shlex.split(line)

@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from reaching import exit_code_of
 
+NO_BAG = (["report", "nothere"], ["recover", "nothere"], ["replay", "nothere"], ["identify", "nothere"])
+
 
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
@@ -21,7 +23,15 @@ from reaching import exit_code_of
         (["simulate"], 2, "Missing argument 'SCENARIO'"),
         (["dance"], 2, "No such command 'dance'"),
         (["recover", "/dev/null"], 1, "error: /dev/null is not a bag folder"),
-        (["report", "/dev/null/bag"], 1, "error: bag /dev/null/bag"),
+        *((verb, 2, "error: bag nothere does not exist") for verb in NO_BAG),
+        (["simulate", "case2_tracking", "--set", "controller.law=guidd"], 2, "did you mean guided?"),
+        (["simulate", "case2_tracking", "--set", "vessel=ottr"], 2, "did you mean otter?"),
+        (
+            ["compare", "case2_tracking", "--laws", "guided,los_pid,guided"],
+            2,
+            "error: --laws must name each law once (got guided,",
+        ),
+        (["compare", "case2_tracking", "--laws", "guidd"], 2, "did you mean guided?"),
     ],
 )
 def test_wrong_use_exits_with_2_and_a_failed_command_with_1(

@@ -1,7 +1,9 @@
 import math
+import re
 from pathlib import Path
 
 import pytest
+from boat_bags import sailed, write_boat
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli.command import cli
@@ -29,6 +31,24 @@ def test_wrong_use_is_one_line_that_names_it(tmp_path: Path, monkeypatch: pytest
         call(data, "--model", "cubical")
     with pytest.raises(ParameterError, match="nowhere"):
         call(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize("name", ["run.csv", "LOG.CSV", "Log.Csv"])
+def test_a_table_is_one_whatever_the_letters_of_its_suffix(tmp_path: Path, name: str) -> None:
+    data = tmp_path / name
+    data.write_text("time,x,y\n0,0,0\n")
+    with pytest.raises(ParameterError, match=f"{name} has no column heading"):
+        call(data)
+
+
+def test_it_ends_with_the_next_command_and_its_progress_begins_at_the_beginning(tmp_path: Path) -> None:
+    data, folder = write_boat(tmp_path / "bag_0.mcap", sailed()), tmp_path / "a folder"
+    options = ("--length", 4, "--beam", 2, "--model", "paper", "--output", folder, "--name", "cat")
+    lines = call(data, *options).splitlines()
+    assert lines[0] == "identifying cat"
+    assert f"next: vessel-hsmc init NAME --vessel '{folder / 'cat.yaml'}'" in lines
+    shares = [int(found[1]) for line in lines if (found := re.match(r"identifying cat: (\d+) %", line))]
+    assert shares == sorted(shares)
 
 
 def test_what_it_would_write_is_checked_before_it_computes_and_replaces_no_file_but_an_identified_vessel(

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.install_paths import share_directory, shell_command
 from vessel_hsmc_ros.reference.curve_motion import Demand
 from vessel_hsmc_ros.runs.ship_check import ShipCheck, verdict
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -24,7 +24,7 @@ def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: 
     output = call("init", str(tmp_path / "boats" / "my_boat"), *DATA)
     path = tmp_path / "boats" / "my_boat.yaml"
     *checked, last = output.strip().splitlines()
-    assert last == f"scenario: {path}; next: vessel-hsmc simulate {path}"
+    assert last == f"scenario: {path}; next: {shell_command()} simulate {path}"
     assert checked[0].startswith("full surge force: 2.51 m/s; with the full yaw moment a turning circle of ")
     assert checked[1].startswith("the circle takes 34 % of the surge force, ")
     assert checked[2].startswith("follows its circle: position error ")
@@ -33,7 +33,26 @@ def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: 
 
 def test_the_next_command_of_a_path_with_a_space_can_be_pasted(tmp_path: Path) -> None:
     output = call("init", str(tmp_path / "my boat"), *DATA, "--no-check")
-    assert output.strip().endswith(f"next: vessel-hsmc simulate '{tmp_path / 'my boat.yaml'}'")
+    assert output.strip().endswith(f"next: {shell_command()} simulate '{tmp_path / 'my boat.yaml'}'")
+
+
+@pytest.mark.parametrize(
+    ("workspace", "on_path", "expected"),
+    [
+        ("", True, "vessel-hsmc"),
+        ("", False, "vessel-hsmc"),
+        ("/ws", True, "vessel-hsmc"),
+        ("/ws", False, "ros2 run vessel_hsmc_ros vessel-hsmc"),
+    ],
+)
+def test_the_next_command_is_one_that_the_shell_finds(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, workspace: str, on_path: bool, expected: str
+) -> None:
+    program = tmp_path / "vessel-hsmc"
+    program.touch(mode=0o755)
+    monkeypatch.setenv("PATH", str(tmp_path) if on_path else "/nowhere")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", workspace)
+    assert shell_command() == expected
 
 
 def test_the_check_states_no_digits_that_mean_nothing() -> None:
@@ -176,6 +195,7 @@ def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_pat
         (("--thruster", "1,9,10,10"), "x and y from -4 to 4 m"),
         (("--thruster", "1,0,0,10"), "thrust ahead above 0"),
         (("--thruster", "1,0,10,10"), "cannot give a surge force and a yaw moment independently"),
+        (("--thruster", "-1,0,1_0,10"), "--thruster -1,0,1_0,10 is not allowed"),
         (("--thruster", "nan,0,10,10"), "such as -1.5,0.5,100,60"),
         ((*TWIN, "--vessel", "otter"), "--thruster cannot be given with --vessel"),
         (("--interface", "vrx"), "--interface vrx is not allowed without thrusters: give each by --thruster"),
@@ -196,3 +216,4 @@ def test_noise_of_the_positions_is_no_failure_to_follow_the_circle() -> None:
     check = ShipCheck(2.5, 3.0, 0.5, 10.0, Demand(0.01, 1.0, 1.0), 0.3, 0.2, 0.2, 0.05, 300.0)
     assert not check.tracked
     assert check._replace(noise=0.04).tracked
+    assert "of noise of its positions" in verdict(check._replace(noise=0.04))[-1]

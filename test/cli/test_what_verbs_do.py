@@ -44,7 +44,8 @@ def test_the_exit_code_of_a_fleet_is_that_of_its_run(fleets: list[Any], code: in
     fleets[0].exit_code, fleets[0].failure = code, failure
     done = CliRunner().invoke(cli, ["run", "case2_straight", "--vessels", "2", "--output", "there"])
     assert done.exit_code == code
-    assert (f"error: {failure}" in done.output) == bool(failure)
+    assert (f"error: {failure}" in done.output) == (code == 1)
+    assert ("\ninterrupted\n" in f"\n{done.output}") == (code == 130)
     assert fleets[2].path.parent == Path("there")
 
 
@@ -186,7 +187,7 @@ def test_a_tuning_is_judged_on_other_runs_with_the_same_changes(
     assert [case.name for case in unseen] == ["unseen"]
 
 
-def test_every_run_of_an_identification_is_read_with_the_same_columns_and_namespace(
+def test_every_run_of_an_identification_is_read_with_the_same_columns_and_topics(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -198,8 +199,10 @@ def test_every_run_of_an_identification_is_read_with_the_same_columns_and_namesp
 
     monkeypatch.setattr("vessel_hsmc_ros.identification.estimate.identify", estimate)
     options = "--held-out", "c.csv", "--held-out", "d", "--column", "x=east", "--namespace", "boat"
-    CliRunner().invoke(cli, ["identify", "a.csv", "b", *options], standalone_mode=False)
-    assert read == [(Path(name), {"x": "east"}, "boat") for name in ("a.csv", "b", "c.csv", "d")]
+    topics = "--odometry", "/state", "--wrench", "/thrust"
+    CliRunner().invoke(cli, ["identify", "a.csv", "b", *options, *topics], standalone_mode=False)
+    named = {"namespace": "boat", "odometry": "/state", "wrench": "/thrust"}
+    assert read == [(Path(name), {"x": "east"}, named) for name in ("a.csv", "b", "c.csv", "d")]
 
 
 def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:

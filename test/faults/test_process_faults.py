@@ -1,5 +1,6 @@
 """Faults of processes: a node is absent for as long as its fault demands it, and counts as any other before and after."""
 
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -63,11 +64,16 @@ def test_a_node_that_fails_after_its_fault_has_ended_ends_the_run(nodes: Any, ki
     assert (status.code, status.failure) == (1, "controller was killed by SIGKILL")
 
 
-def test_a_node_that_a_fault_kills_for_good_does_not_end_the_run(nodes: Any) -> None:
-    fault = Fault(at=1.0, kind="kill", node="controller")
+@pytest.mark.parametrize("duration", [0.0, 2.0])
+def test_a_node_that_a_fault_kills_for_good_does_not_end_the_run_and_is_not_started_again(nodes: Any, duration: float) -> None:
+    fault = Fault(at=1.0, kind="kill", node="controller", duration=duration)
     faults = supervisor.ProcessFaults(FaultScript((fault,)), nodes)
-    steps = [lambda: faults.on_event(f"{fault.describe()} begins"), lambda: nodes.processes[0].popen.wait(LIMIT)]
+    killed = nodes.processes[0].popen
+    steps = [lambda: faults.on_event(f"{fault.describe()} begins"), lambda: killed.wait(LIMIT)]
     assert monitored(nodes, faults, [*steps, lambda: faults.on_event(f"{fault.describe()} ends")]).code == 130
+    assert [process.popen for process in nodes.processes] == [killed]
+    assert killed.poll() == -signal.SIGKILL
+    assert (faults.affected, faults.restarted) == ({"controller"}, set())
 
 
 @pytest.mark.parametrize("real_time", [False, True])

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.safety.monitors import Alarm, Saturation
+from vessel_hsmc_ros.safety.parameters import MonitorParameters
 
 LENGTH = 32.0
 LIMITS = {"vessel_sim.actuators.surge_force_limit": 2e5, "vessel_sim.actuators.yaw_moment_limit": 3e6}
@@ -152,6 +154,22 @@ def test_a_scaled_ship_has_scaled_commands():
         few, _ = laws[0].update(0.0, state, reference, np.zeros(3))
         many, _ = laws[1].update(0.0, units * state, units * reference, np.zeros(3))
         assert many == pytest.approx(few * [4.0**3, 4.0**4])
+
+
+@pytest.mark.parametrize("force", [979.2, 3928.9, 4060.1])
+def test_a_saturated_command_is_found_by_the_monitor_whatever_the_limit(force):
+    limits = {"surge_force_limit": force, "yaw_moment_limit": 1.7 * force}
+    hull = {"length": 8.0, "surge_inertia": 2e3, "sway_inertia": 3e3, "yaw_inertia": 1e4}
+    law, monitor = (
+        make_controller("guided", 0.1, **hull, **limits, **INSTANT, **RATES),
+        Saturation(MonitorParameters(saturation_warning=5.0), tuple(limits.values())),
+    )
+    state, reference = np.zeros(6), np.array([100.0, 0.0, 0.0, 20.0, 0.0, 0.0])
+    for _ in range(80):
+        wrench, _ = law.update(0.0, state, reference, np.zeros(3))
+        alarm = monitor.step((float(wrench[0]), float(wrench[1])), 0.1)
+    assert wrench[0] == pytest.approx(force)
+    assert alarm is Alarm.WARN
 
 
 def test_after_a_reset_it_begins_as_at_first():

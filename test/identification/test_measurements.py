@@ -109,9 +109,10 @@ def test_a_wrench_of_other_stamps_holds_until_the_next_in_whatever_order_they_we
     np.testing.assert_array_equal(found[0].velocity, found[1].velocity)
 
 
-def test_a_file_that_is_not_a_table_is_one_line(tmp_path: Path) -> None:
+@pytest.mark.parametrize("word", ["fast", "1_0", "\u0661"])
+def test_a_file_that_is_not_a_table_is_one_line(tmp_path: Path, word: str) -> None:
     path = tmp_path / "run.csv"
-    path.write_text("time,x\n1,2\n3,fast\n")
+    path.write_text(f"time,x\n1,2\n3,{word}\n", encoding="utf-8")
     with pytest.raises(IdentificationError, match=r"cannot read .*run\.csv") as caught:
         from_csv(path)
     assert "\n" not in str(caught.value)

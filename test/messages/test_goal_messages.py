@@ -51,13 +51,24 @@ def test_a_stamp_of_zero_is_none_and_another_is_in_seconds() -> None:
     assert read_goal(goal)[3] == pytest.approx(7.25)
 
 
+@pytest.mark.parametrize("here", [(0.0, 0.0), (597e3, 6640e3), (-3e4, 8e4)])
 @pytest.mark.parametrize(
-    ("x", "y", "text"), [(1.0, 1.01e7, "y = 1.01e"), (-1.01e7, 1.0, "x = -1.01e"), (1.0, math.nan, "y = nan")]
+    ("x", "y", "text"),
+    [
+        (1.0, 1.01e5, "101 km"),
+        (-8e4, 8e4, "113.137 km"),
+        (166e3, 1e-3, "166 km"),
+        (1.0, math.nan, "y = nan"),
+        (math.inf, 1.0, "x = inf"),
+    ],
 )
-def test_a_place_that_is_on_no_chart_is_refused_by_its_coordinate(x: float, y: float, text: str) -> None:
-    for read, message in ((read_goal, pose(x, y, "odom")), (read_path, path("odom", pose(x, y)))):
+def test_a_place_that_is_far_from_the_reference_is_refused_with_its_distance(here: Any, x: float, y: float, text: str) -> None:
+    x, y = here[0] + x, here[1] + y
+    for read, message in ((read_goal, pose(x, y, "odom")), (read_path, path("odom", pose(*here), pose(x, y)))):
         with pytest.raises(GoalError, match=text):
-            read(message)  # type: ignore[operator]
+            read(message, here=here)  # type: ignore[operator]
+        near = (here[0] + 6e4, here[1] - 7e4)
+        assert read_goal(pose(*near, "odom"), here=here)[:2] == near
 
 
 def test_the_event_of_a_path_has_its_length_and_its_end() -> None:

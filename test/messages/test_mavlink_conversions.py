@@ -56,22 +56,42 @@ def test_the_yaw_rate_of_a_heeled_boat_is_that_of_the_yaw_angle() -> None:
 
 def test_stamps_since_boot_become_times_without_the_delays_of_single_messages() -> None:
     clock = BootClock()
-    assert clock.time(5.0, 1000.0) == 1000.0
-    assert clock.time(5.1, 1000.35) == pytest.approx(1000.1, abs=1e-4), "a delay of 0.25 s does not count"
-    assert clock.time(5.2, 1000.19) == pytest.approx(1000.19), "a shorter one corrects the estimate"
-    assert clock.time(1000.0, 1995.3) == pytest.approx(1995.18, abs=0.1), "the clocks may diverge"
+    assert clock.stamp(999.0) is None
+    assert clock.age(5.0, 1000.0) == 0.0
+    assert clock.age(5.1, 1000.35) == pytest.approx(0.25, abs=1e-4), "a delay of 0.25 s does not count"
+    assert clock.age(5.2, 1000.19) == 0.0, "a shorter one corrects the estimate"
+    assert clock.age(1000.0, 1995.3) == pytest.approx(0.12, abs=0.2), "the clocks may diverge"
     assert clock.reboots == 0
     for reboots, received in ((1, 2000.0), (2, 3000.0)):
-        assert clock.time(0.5, received) == received
-        assert clock.time(0.6, received + 0.15) == pytest.approx(received + 0.1, abs=1e-4)
-        assert clock.time(20.0, received + 19.6) == pytest.approx(received + 19.5, abs=5e-3)
+        assert clock.age(0.5, received) == 0.0
+        assert clock.age(0.6, received + 0.15) == pytest.approx(0.05, abs=1e-4)
+        assert clock.age(20.0, received + 19.6) == pytest.approx(0.1, abs=5e-3)
+        assert clock.stamp(received + 30.0) == pytest.approx(30.5, abs=5e-3)
         assert clock.reboots == reboots
 
 
 def test_the_estimate_follows_a_clock_that_is_slow() -> None:
     clock = BootClock()
-    errors = [clock.time(t, 100.0 + t * (1.0 + 1e-4)) - (100.0 + t * (1.0 + 1e-4)) for t in range(0, 3600, 10)]
-    assert max(map(abs, errors)) < 1e-6, "without delay the time of receipt is the time"
+    ages = [clock.age(t, 100.0 + t * (1.0 + 1e-4)) for t in range(0, 3600, 10)]
+    assert max(ages) < 1e-6, "without delay the time of receipt is the time"
+
+
+@pytest.mark.parametrize("step", [-0.9, -0.3, -0.15, 0.15, 2.0, 3600.0])
+def test_the_estimate_follows_a_step_of_the_clock_of_the_autopilot_within_a_few_messages(step: float) -> None:
+    clock = BootClock()
+    for k in range(200):
+        offset = step if k >= 100 else 0.0
+        age = clock.age(50.0 + 0.05 * k + offset, 1000.0 + 0.05 * k + 0.01 * (k % 3))
+        assert 0.0 <= age < 0.03 or (k == 100 and step < 0.0)
+    assert clock.reboots == 0
+
+
+def test_a_message_that_was_overtaken_keeps_its_time() -> None:
+    clock = BootClock()
+    for k in range(20):
+        assert clock.age(5.0 + 0.1 * k, 1000.0 + 0.1 * k) < 1e-9
+        assert clock.age(4.7 + 0.1 * k, 1000.01 + 0.1 * k) == pytest.approx(0.31, abs=1e-3) or not k
+    assert clock.reboots == 0
 
 
 @pytest.mark.parametrize(

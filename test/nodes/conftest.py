@@ -38,8 +38,8 @@ class Bench:
 
     def start(self, node_class: Any, lockstep: bool = True, namespace: str = "", **parameters: Any) -> Any:
         """Start a node under test, in lockstep by default; `__` in the name of a parameter stands for a dot."""
-        box = {"black_box.duration": 0.0} if node_class.NAME == "controller" and not lockstep else {}
-        values = {"lockstep": lockstep, **box, **parameters}
+        own = {"start_enabled": True, "vessel.length": 32.0, "black_box.duration": 0.0}
+        values = {"lockstep": lockstep, **(own if node_class.NAME == "controller" and not lockstep else {}), **parameters}
         overrides = [Parameter(n, value=v) for n, v in {n.replace("__", "."): v for n, v in values.items()}.items()]
         node = node_class(context=self.context, namespace=namespace, parameter_overrides=overrides)
         self.nodes.append(node)

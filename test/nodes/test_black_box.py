@@ -99,6 +99,40 @@ def test_the_memory_of_a_black_box_is_bounded_in_time_and_size(
     assert len(box._kept) == 1
 
 
+@pytest.mark.parametrize("over", [-200, 0, 1, 5000])
+def test_a_message_that_is_larger_than_the_memory_neither_ends_the_node_nor_displaces_the_others(
+    bench: Any, steering: Any, monkeypatch: pytest.MonkeyPatch, over: int
+) -> None:
+    _, node = steering
+    box, lines = node.black_box, []
+    monkeypatch.setattr(box, "log", lambda *line: lines.append(line))
+    monkeypatch.setattr(node.get_logger(), "_keep", lambda *line: lines.append(line))
+    monkeypatch.setattr(black_box, "MEMORY", 10_000)
+    message = conv.new_odometry()
+    message.header.frame_id = "x" * (black_box.MEMORY + over - len(content.record(0, 0, serialize_message(message))))
+    first = box.receiver("/odom", type(message), lambda _: None)
+    for _ in range(5):
+        box.keep("/cmd_wrench", conv.new_wrench())
+    kept = len(box._kept)
+    first(serialize_message(message))
+    too_large = len(content.record(0, 0, serialize_message(message))) > black_box.MEMORY
+    assert (len(box._kept) == kept) is too_large
+    assert any("a message of /odom must be at most" in text for *_, text in lines) or not too_large
+    box.keep("/cmd_wrench", conv.new_wrench())
+    assert sum(len(entry) for _, entry in box._kept) <= 10_000
+
+
+@pytest.mark.parametrize("step", [3600, -3600, 31])
+def test_a_clock_that_is_set_does_not_empty_a_black_box(monkeypatch: pytest.MonkeyPatch, step: int) -> None:
+    boxes, stamps = Boxes(monkeypatch), []
+    for k in range(40):
+        stamps.append((5000 + (step if k >= 20 else 0)) * 10**9 + k)
+        monkeypatch.setattr(boxes.box, "_stamp", lambda: stamps[-1])
+        boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([k]))
+    boxes.write("an error")
+    assert boxes.written == [b"".join(content.record(stamp, 0, bytes([k])) for k, stamp in enumerate(stamps))]
+
+
 def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     folders = [str(tmp_path / "file" / "bag"), str(tmp_path / "bag")]
@@ -223,6 +257,17 @@ def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason
     boxes.box.keep("/cmd_wrench", conv.new_wrench())
     boxes.write("an error", ends=True)
     assert lines == [("error", "the black box is not written: no space left")]
+
+
+@pytest.mark.parametrize("refused", ["", "the first folder cannot be made"])
+def test_the_line_that_names_a_black_box_has_its_cause(monkeypatch: pytest.MonkeyPatch, refused: str) -> None:
+    boxes, lines = Boxes(monkeypatch), []
+    monkeypatch.setattr(boxes.box._node, "get_logger", lambda: SimpleNamespace(warning=lines.append))
+    done = SimpleNamespace(returncode=0, stdout=f"boxes/1\n{refused}".encode(), stderr=b"")
+    monkeypatch.setattr(black_box, "_run", lambda *_: done)
+    boxes.box.keep("/cmd_wrench", conv.new_wrench())
+    boxes.write("safe: another node commands as well", ends=True)
+    assert lines == [*filter(None, [refused]), "safe: another node commands as well: the black box is in boxes/1"]
 
 
 def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,7 @@ from geometry_msgs.msg import TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
+from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kinematics import as_motion
@@ -133,6 +134,43 @@ def test_no_pulse_beside_another_publisher(bench: Any) -> None:
     bench.start(ControllerNode, lockstep=False, law="guided")
     with served(bench), Remote() as remote, pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"):
         LiveConnection(remote).pulse(10.0, 5.0)
+
+
+def test_a_pulse_of_velocities_reaches_the_loops_of_a_stack_and_ends_with_zero(bench: Any) -> None:
+    publish_odometry(bench)
+    bench.start(DriveNode, lockstep=False, form="cmd_vel", surge_speed_limit=1.0, yaw_rate_limit=0.5)
+    sent: list[tuple[float, float]] = []
+    bench.probe.create_subscription(TwistStamped, "cmd_vel", lambda m: sent.append((m.twist.linear.x, m.twist.angular.z)), 10)
+    with served(bench), Remote() as remote:
+        live = LiveConnection(remote)
+        assert live.units == ("m/s", "rad/s")
+        for above in ((1.5, 0.2), (0.5, -0.6)):
+            with pytest.raises(RunError, match="takes at most drive"):
+                live.pulse(*above)
+        assert not any(map(any, sent))
+        live.pulse(0.5, 0.2)
+        live.listen(0.3)
+    assert {command for command in sent if any(command)} == {(0.5, 0.0), (0.0, 0.2)}
+    assert sent[-1] == (0.0, 0.0)
+
+
+def test_no_pulse_of_velocities_beside_a_controller(bench: Any) -> None:
+    bench.start(DriveNode, lockstep=False, form="cmd_vel")
+    bench.start(ControllerNode, lockstep=False, law="guided")
+    with served(bench), Remote() as remote, pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"):
+        LiveConnection(remote).pulse(0.1, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("operation", "named"), [(ControlState.STANDBY, False), (ControlState.ACTIVE, True), (ControlState.SAFE, True)]
+)
+def test_a_drive_that_waits_for_a_controller_in_standby_is_nothing_to_do(operation: int, named: bool) -> None:
+    made = LiveConnection.__new__(LiveConnection)
+    made._reasons = set()
+    made._statuses = {"drive": (b"\1", "command: no recent command on /cmd_wrench"), "navsat_odom": (b"\1", "no fix")}
+    made._on_state(ControlState(operation=operation))
+    assert ("drive" in made._problems()) is named
+    assert "navsat_odom" in made._problems()
 
 
 @pytest.mark.parametrize("namespace", ["", "alpha"])

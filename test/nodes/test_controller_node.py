@@ -160,7 +160,7 @@ def test_a_changed_gain_acts_and_the_weights_stay(bench: Any, plant: Any) -> Non
         ("hierarchical.yaw_reaching_gain", 250.0, "must be below 2"),
         ("hierarchical.sway_weight", -1.0, ""),
         ("rate_hz", 50.0, "read-only"),
-        ("law", "hierarchical_printed", "read-only"),
+        ("law", "pd", "read-only"),
     ],
 )
 def test_a_change_that_is_not_allowed_is_refused(bench: Any, plant: Any, name: str, value: Any, expected: str) -> None:

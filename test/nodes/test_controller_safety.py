@@ -11,6 +11,7 @@ from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Log
+from rclpy.logging import LoggingSeverity
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, Event
 
@@ -157,17 +158,73 @@ def test_a_stop_is_commanded_at_once_and_not_in_the_next_period(bench: Any, sea:
         assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
 
 
+class Manager:
+    """What a lifecycle manager requests of the controller."""
+
+    def __init__(self, bench: Any) -> None:
+        self.bench = bench
+
+    def change(self, transition: int) -> bool:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        return bool(self.bench.call(ChangeState, "/controller/change_state", request).success)
+
+    def label(self) -> str:
+        return str(self.bench.call(GetState, "/controller/get_state", GetState.Request()).current_state.label)
+
+
+def test_without_autostart_a_manager_configures_and_activates(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, autostart=False, start_enabled=True)
+    manager = Manager(bench)
+    sea.run(0.3)
+    assert (manager.label(), sea.states[-1].operation) == ("unconfigured", ControlState.STANDBY)
+    assert not sea.commands
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    sea.run(0.3)
+    assert (manager.label(), sea.states[-1].operation) == ("inactive", ControlState.STANDBY)
+    assert not sea.commands
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    sea.run(0.1)
+    assert (manager.label(), sea.states[-1].operation) == ("active", ControlState.ACTIVE)
+
+
+def test_a_configured_node_has_the_parameters_that_were_set_before(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea, start_enabled=False)
+    manager = Manager(bench)
+    sea.run(0.2)
+    assert not bench.set_parameters("controller", law="pd").successful, "it computes: its law is fixed"
+    assert manager.change(Transition.TRANSITION_CLEANUP)
+    assert not bench.set_parameters("controller", rate_hz=20.0).successful, "its timers are made of it"
+    assert not bench.set_parameters("controller", law="nothing").successful
+    assert bench.set_parameters("controller", law="pd", input_timeout=0.2).successful
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    assert type(node.loop.law).name == "pd"
+    assert not bench.set_parameters("controller", law="guided").successful
+    sea.run(0.3)
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+    sea.run(0.3)
+    assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.ACTIVE, ControlState.NONE)
+    assert any(sea.wrenches()[-1])
+
+
+def test_a_stop_stays_latched_while_a_node_is_configured_anew(bench: Any, sea: RealTimePlant) -> None:
+    start(sea)
+    manager = Manager(bench)
+    sea.run(0.3)
+    assert bench.call(Trigger, "/controller/stop", Trigger.Request()).success
+    assert manager.change(Transition.TRANSITION_CLEANUP)
+    assert bench.set_parameters("controller", law="pd").successful
+    assert manager.change(Transition.TRANSITION_CONFIGURE)
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.STOPPED
+    assert not manager.change(Transition.TRANSITION_ACTIVATE)
+    assert bench.call(Trigger, "/controller/rearm", Trigger.Request()).success
+    assert manager.change(Transition.TRANSITION_ACTIVATE)
+
+
 def test_the_lifecycle_services_activate_and_deactivate(bench: Any, sea: RealTimePlant) -> None:
     start(sea, start_enabled=False)
     sea.run(0.2)
-
-    def change(transition: int) -> bool:
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return bool(bench.call(ChangeState, "/controller/change_state", request).success)
-
-    def label() -> str:
-        return str(bench.call(GetState, "/controller/get_state", GetState.Request()).current_state.label)
-
+    change, label = Manager(bench).change, Manager(bench).label
     assert label() == "inactive"
     assert change(Transition.TRANSITION_ACTIVATE)
     sea.run(0.1)
@@ -203,6 +260,7 @@ def test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate(bench: An
 
 def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any, sea: RealTimePlant) -> None:
     node = start(sea)
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
     sea.run(0.3)
     other = bench.probe.create_publisher(WrenchStamped, "cmd_wrench", qos.data(False))
 
@@ -213,8 +271,19 @@ def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any,
     bench.until(lambda: node.second_publisher() and operates(ControlState.SAFE))
     assert sea.states[-1].reason == ControlState.SECOND_PUBLISHER
     assert node.status()[:2] == (DiagnosticStatus.ERROR, "safe: another node commands as well")
+    named = f"another node commands as well, on /cmd_wrench: {bench.probe.get_fully_qualified_name()}"
+    bench.until(lambda: named in [log.msg for log in logs if log.level == LoggingSeverity.ERROR])
     bench.probe.destroy_publisher(other)
     bench.until(lambda: operates(ControlState.ACTIVE))
+
+
+def test_a_command_that_the_output_guard_refuses_is_an_error_on_the_log(bench: Any, sea: RealTimePlant) -> None:
+    start(sea, safety__surge_force_limit=1e-3)
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    sea.run(0.5)
+    assert sea.states[-1].operation == ControlState.SAFE
+    expected = "the law's command is above its limit: the safe action is commanded"
+    bench.until(lambda: expected in [log.msg for log in logs if log.level == LoggingSeverity.ERROR])
 
 
 def test_a_jump_is_held_out_and_then_taken_without_a_bump(sea: RealTimePlant) -> None:

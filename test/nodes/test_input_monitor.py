@@ -38,7 +38,10 @@ def test_an_input_is_overdue_once_it_is_older_than_the_timeout(monitor: InputMon
 @pytest.mark.parametrize(
     ("bad", "expected"),
     [
-        (sample(0, "map"), "odometry with frame 'map' is not allowed: it must be 'odom'; frames_checked: false takes any"),
+        (
+            sample(0, "map"),
+            "odometry with frame 'map' is not allowed: it must be 'odom'; safety.freshness.frames_checked: false takes any",
+        ),
         (sample(-10 * TIMEOUT), "odometry with a stamp 5 s old is not allowed: it takes at most 0.5 s"),
         (sample(60 * TIMEOUT), "odometry with a stamp 30 s ahead is not allowed: it takes at most 0.1 s"),
     ],
@@ -92,7 +95,7 @@ def test_an_input_that_is_overdue_because_it_was_refused_is_reported_with_the_re
     bench.publisher(Odometry, "odom")
     bench.until(lambda: bench.probe.count_publishers("/odom"))
     monitor.take("odometry", sample(0, number=math.nan), 0, 0, "odometry with x = nan is not allowed")
-    monitor.report_overdue("odometry", Reason.OVERDUE, 0)
+    monitor.report_overdue("odometry", Reason.OVERDUE, 0, "nothing is commanded")
     assert monitor.status() == (ERROR, "odometry with x = nan is not allowed; ignored")
 
 
@@ -115,7 +118,7 @@ def test_after_an_interruption_samples_are_counted_anew_for_the_input_that_was_l
     late = 3 * TIMEOUT
     assert not monitor.take("reference", sample(late), late, late)
     assert monitor.overdue(late, late) == ("odometry", Reason.OVERDUE)
-    monitor.report_overdue("odometry", reason, late)
+    monitor.report_overdue("odometry", reason, late, "nothing is commanded")
     assert not monitor.take("odometry", sample(late), late, late)
     assert monitor.fresh == {"odometry": 1, "reference": 2}
 
@@ -164,7 +167,7 @@ def test_each_reason_of_a_refusal_is_still_named_when_the_refusal_itself_is_long
         now[0] = 1000.0 + seconds
         later = round(seconds * 1e9)
         if found := monitor.overdue(later, later):
-            monitor.report_overdue(*found, later)
+            monitor.report_overdue(*found, later, "nothing is commanded")
             if seconds > 2.0:
                 assert "no odometry for 5 s" in ros.lines[-1]
                 assert found[1].text in ros.lines[-1] or "by its stamp" in ros.lines[-1] or found[1] is Reason.OVERDUE

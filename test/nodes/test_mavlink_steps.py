@@ -370,6 +370,26 @@ def test_outputs_are_those_of_the_main_port_and_in_the_order_of_the_thrusters(bo
     assert applied == [pytest.approx((50.0, 12.5)), pytest.approx((-50.0, 12.5))]
 
 
+@pytest.mark.parametrize("step", [2.0, -2.0, 86_400.0, -3600.0])
+def test_after_each_step_of_the_computers_clock_odometry_is_stamped_by_it(
+    boat: Any, monkeypatch: pytest.MonkeyPatch, step: float
+) -> None:
+    made, offset = boat(), [0.0]
+    monkeypatch.setattr(made.node, "now", lambda: made.time.monotonic_ns() + round(offset[0] * 1e9))
+    zero = dict.fromkeys(("roll", "pitch", "yaw", "rollspeed", "pitchspeed", "yawspeed"), 0.0)
+    for k in range(300):
+        offset[0] = step if 100 <= k < 200 else 0.0
+        made.wait(PERIOD + 0.01 * (k % 2))
+        made.boot += round(1e3 * PERIOD) + 10 * (k % 2)
+        made.receive("ATTITUDE", time_boot_ms=made.boot, **zero)
+        made.receive("LOCAL_POSITION_NED", time_boot_ms=made.boot, x=0.0, y=0.0, vx=0.0, vy=0.0)
+        made.node._poll()
+        stamp = conv.nanoseconds(made.sent[-1][1].header.stamp)
+        assert 1e-9 * (made.node.now() - stamp) == pytest.approx(0.0, abs=0.005)
+    assert len(made.sent) == 300
+    assert not made.events
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(boat: Any, seed: int) -> None:
     compare(boat(heartbeat_timeout=HEARTBEAT_TIMEOUT), seed, 3000, 2e-3, is_autopilot=True)

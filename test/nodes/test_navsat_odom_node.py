@@ -40,9 +40,9 @@ class Sensors:
         self.outputs = {n: bench.probe.create_publisher(KINDS[n], n, qos_profile_sensor_data) for n in names & KINDS.keys()}
         bench.until(lambda: self.node.connected and all(out.get_subscription_count() for out in self.outputs.values()))
 
-    def send(self, name: str, message: Any) -> None:
+    def send(self, name: str, message: Any, stamp: Any = None) -> None:
         if hasattr(message, "header"):
-            message.header.stamp = self.bench.probe.get_clock().now().to_msg()
+            message.header.stamp = stamp or self.bench.probe.get_clock().now().to_msg()
         self.outputs[name].publish(message)
 
     def fix(self, x: float, y: float, psi: float, ahead: float, port: float, **fields: Any) -> NavSatFix:
@@ -108,8 +108,9 @@ def test_two_antennas_give_the_heading(bench: Any) -> None:
     sensors = Sensors(bench, heading="antennas", heading_offset=0.5 * math.pi)
 
     def send() -> None:
-        sensors.send("fix_2", sensors.fix(10.0, 5.0, -2.8, 1.5, 0.8))  # 1.2 m to port of the first
-        sensors.send("fix", sensors.fix(10.0, 5.0, -2.8, *ANTENNA))
+        epoch = bench.probe.get_clock().now().to_msg()
+        sensors.send("fix_2", sensors.fix(10.0, 5.0, -2.8, 1.5, 0.8), epoch)  # 1.2 m to port of the first
+        sensors.send("fix", sensors.fix(10.0, 5.0, -2.8, *ANTENNA), epoch)
 
     assert sensors.answer(send)[:3] == pytest.approx((10.0, 5.0, -2.8), abs=1e-5)
 
@@ -180,7 +181,7 @@ def test_the_services_of_robot_localization_convert_both_ways_once_there_is_a_da
     [
         ({"latitude": math.nan}, "fix at nan"),
         ({}, "fix at 0.0, 0.0"),
-        ({"latitude": 10.0, "longitude": 5.0}, "fix without a heading of its time on /imu, within 0.5 s"),
+        ({"latitude": 59.9, "longitude": 10.7}, "fix without a heading of its time on /imu, within 0.5 s"),
         ({"bad": True}, "fix without a satellite fix (status -1)"),
     ],
 )

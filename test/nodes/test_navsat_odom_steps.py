@@ -223,6 +223,9 @@ def test_a_negative_speed_over_a_course_is_opposite_to_it(receiver: Any) -> None
 
 def test_without_a_datum_the_first_fix_is_the_origin_for_good(receiver: Any) -> None:
     made = receiver(datum=[])
+    made.imu(0.0)
+    assert made.answer(made.fix(100.0, 50.0)) is None, "the next fix has to agree"
+    assert "waiting for a second fix" in made.node.status()[1]
     places = []
     for east in (100.0, 130.0, 80.0):
         made.wait(0.1)
@@ -244,3 +247,73 @@ def test_a_covariance_that_is_not_known_is_zero_and_none_of_an_earlier_fix(
         made.answer(fix)
         covariance = made.sent[-1][1].pose.covariance
         assert (covariance[0], covariance[7]) == expected
+
+
+@pytest.mark.parametrize("rate_hz", [5.0, 10.0, 20.0])
+@pytest.mark.parametrize("first", ["fix", "fix_2", "drawn"])
+def test_the_heading_of_two_antennas_of_a_boat_that_moves_abeam_does_not_depend_on_which_fix_comes_first(
+    receiver: Any, rate_hz: float, first: str
+) -> None:
+    made, rng, found = receiver(heading="antennas"), np.random.default_rng(3), []
+    for k in range(40):
+        made.wait(1.0 / rate_hz)
+        north = 2.0 * k / rate_hz  # 2 m/s abeam, with the antennas 1 m apart along the hull
+        fixes = [(made.node._on_fix, made.fix(0.0, north)), (made.node._on_second_fix, made.fix(1.0, north))]
+        for take, message in fixes if first == "fix" or (first == "drawn" and rng.random() < 0.5) else fixes[::-1]:
+            take(message)
+        found += [conv.read_odometry(message) for _, message in made.sent[len(found) :]]
+    assert len(found) == 40, "each epoch"
+    assert max(abs(motion.psi) for motion in found) < 1e-6
+    assert max(abs(motion.y - 2.0 * k / rate_hz) for k, motion in enumerate(found)) < 1e-6
+
+
+def test_a_second_antenna_of_other_epochs_is_reported_with_the_difference_that_is_allowed(receiver: Any) -> None:
+    made = receiver(heading="antennas")
+    for _ in range(20):
+        made.wait(0.1)
+        made.node._on_second_fix(made.fix(1.0, 0.0, late=0.05))
+        made.node._on_fix(made.fix())
+    assert not made.sent
+    assert "no fix and fix_2 are of one time, within 0.05 s" in made.node.status()[1]
+
+
+@pytest.mark.parametrize(("east", "shown"), [(0.0, "0"), (0.05, "0.05"), (2e3, "2e+03"), (3e5, "300 km")])
+def test_two_antennas_that_are_none_of_one_vessel_give_no_heading(receiver: Any, east: float, shown: str) -> None:
+    made = receiver(heading="antennas")
+    made.node._on_second_fix(made.fix(east, 0.0))
+    assert made.answer(made.fix()) is None
+    assert f"got {shown}" in made.node.status()[1]
+
+
+@pytest.mark.parametrize("place", [(63.44, 10.39), (-33.9, 18.4), (10.0, -80.0), (1.0, 179.99)])
+@pytest.mark.parametrize("wrong", ["exchanged", "another place", "rounded"])
+def test_a_datum_of_another_place_is_refused_with_its_distance(receiver: Any, place: tuple[float, float], wrong: str) -> None:
+    datum = {"exchanged": place[::-1], "another place": (50.0, 5.0), "rounded": tuple(map(math.floor, place))}[wrong]
+    if abs(datum[0]) >= 90.0:
+        pytest.skip("refused at the start")
+    made = receiver(datum=[float(part) for part in datum])
+    fix = made.fix()
+    fix.latitude, fix.longitude = place
+    made.imu(0.0)
+    answer = made.answer(fix)
+    if Plane(*map(float, datum)).distance(*place) <= 50e3:
+        assert answer is not None
+        return
+    assert answer is None
+    text = made.node.status()[1]
+    assert "fix must be within 50 km of the datum" in text
+    assert ("latitude and longitude of the datum exchanged?" in text) == (wrong == "exchanged")
+
+
+def test_a_wrong_first_fix_is_no_datum_and_a_single_wrong_one_later_moves_nothing(receiver: Any) -> None:
+    made = receiver(datum=[])
+    fixes = [(9e4, 0.0), (10.0, 20.0), (10.0, 20.0), (15.0, 20.0), (9e4, 0.0), (20.0, 20.0)]
+    found = []
+    for east, north in fixes:
+        made.wait(0.1)
+        made.imu(0.0)
+        motion = made.answer(made.fix(east, north))
+        found.append(None if motion is None else round(motion.x, 3))
+        if east > 1e4 and len(found) > 1:
+            assert "was the first fix wrong?" in made.node.status()[1]
+    assert found == [None, None, 0.0, 5.0, None, 10.0]

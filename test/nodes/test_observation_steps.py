@@ -10,6 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from vessel_hsmc_msgs.msg import Event
 
+from vessel_hsmc_ros.cli.watch import missing_inputs
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import observation
@@ -115,6 +116,49 @@ def test_ages_count_from_the_receipt_of_each_input_for_itself(observed: Any, mon
     vessel.put("cmd_wrench", wrench(5.0), wrench(6.0))
     found = made.look()
     assert (found.ages, found.wrench, found.desired) == ({"cmd_wrench": 0.0, "odom": 1.5}, (6.0, -6.0), None)
+
+
+class Waiting(Vessel):
+    """A vessel whose messages arrive one by one, every 0.1 s; `until` waits for a condition on its clock."""
+
+    def __init__(self, messages: list[tuple[str, Any]], there: tuple[str, ...], now: list[float]) -> None:
+        super().__init__()
+        self.messages, self.now, self.limits = messages, now, {name: {} for name in there}
+
+    def until(self, condition: Any, limit: float) -> Any:
+        end = self.now[0] + limit
+        while not condition() and self.now[0] < end:
+            self.now[0] += 0.1
+            for topic, message in self.messages[:1]:
+                self.put(topic, message)
+            del self.messages[:1]
+
+
+BOAT = ("controller", "reference_ship")
+
+
+@pytest.mark.parametrize(
+    ("silent", "there", "wait", "missing"),
+    [
+        ((), BOAT, observation.SHORTEST_LOOK, ""),
+        ((), (*BOAT, "vessel_sim"), observation.LOOK, ""),
+        (("odom",), BOAT, observation.LOOK, "no odom within 3 s"),
+        (("odom", "reference"), BOAT, observation.LOOK, "no odom and no reference within 3 s"),
+    ],
+)
+def test_the_first_state_has_every_input_and_node_or_names_what_did_not_arrive(
+    monkeypatch: pytest.MonkeyPatch, silent: tuple[str, ...], there: tuple[str, ...], wait: float, missing: str
+) -> None:
+    """On a boat there is no node of the plant, for which nothing waits."""
+    now = [100.0]
+    monkeypatch.setattr(observation, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(observation, "get_parameters", lambda _, __, names: dict.fromkeys(names, 1.0))
+    inputs = [("odom", conv.new_odometry()), ("reference", conv.new_reference()), ("cmd_wrench", wrench(1.0))]
+    messages = [each for each in inputs if each[0] not in silent] + [("/diagnostics", status(node)) for node in BOAT]
+    snapshot = Observation(Waiting(messages, there, now)).look()  # type: ignore[arg-type]
+    assert now[0] - 100.0 == pytest.approx(wait, abs=0.2)
+    assert missing_inputs(snapshot) == missing
+    assert snapshot.ages.keys() == {name for name, _ in inputs if name not in silent}
 
 
 @pytest.mark.parametrize("frame", ["child", "parent"])

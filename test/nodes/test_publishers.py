@@ -4,13 +4,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.connections import SETTLED, Publishers
+from vessel_hsmc_ros.nodes.connections import SETTLED, UNKNOWN, Publishers
 
 PROGRAM = """
 import rclpy
@@ -65,3 +66,23 @@ def test_publishers_that_live_all_count(bench: Any, start: Any, profile: str) ->
     bench.until(lambda: time.monotonic() > end or publishers.count() != 2)
     assert publishers.count() == 2
     assert publishers.conflict().startswith("/cmd_wrench has 2 publishers and takes one")
+    assert publishers.conflict().endswith(f"They are /other, {bench.probe.get_fully_qualified_name()}")
+    assert publishers.others() == "/other"
+
+
+@pytest.mark.parametrize(
+    ("names", "others"),
+    [
+        (["own", "pd"], "/pd"),
+        (["own", "own"], "/own"),
+        (["own", "pd", "course"], "/course, /pd"),
+        (["own", UNKNOWN], "a node whose name is not known yet"),
+    ],
+)
+def test_the_other_publishers_of_a_topic_are_named(names: list[str], others: str) -> None:
+    own = SimpleNamespace(
+        resolve_topic_name=lambda topic: f"/{topic}",
+        get_fully_qualified_name=lambda: "/own",
+        get_publishers_info_by_topic=lambda _: [SimpleNamespace(node_namespace="/", node_name=name) for name in names],
+    )
+    assert Publishers(cast("Any", own), WrenchStamped, "cmd_wrench").others() == others

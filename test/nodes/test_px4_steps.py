@@ -152,6 +152,24 @@ def test_without_commands_the_output_ramps_down_and_again_up_from_where_it_is(bo
         boat.step(ACTIVE, 10)
 
 
+@pytest.mark.parametrize("step", [2.0, -2.0, 86_400.0, -3600.0])
+@pytest.mark.parametrize("synchronised", [False, True], ids=["since boot", "by a clock that is stepped too"])
+def test_after_each_step_of_the_computers_clock_odometry_is_stamped_by_it_and_setpoints_by_that_of_px4(
+    boat: Boat, monkeypatch: pytest.MonkeyPatch, step: float, synchronised: bool
+) -> None:
+    offset = [0.0]
+    monkeypatch.setattr(boat.node, "now", lambda: boat.time.monotonic_ns() + round(offset[0] * 1e9))
+    for k in range(300):
+        offset[0] = step if 100 <= k < 200 else 0.0
+        boat.wait(PERIOD)
+        own = 9000.0 + PERIOD * k + (offset[0] if synchronised else 0.0)
+        stamp = boat.estimate(own - 0.002, own)
+        assert 1e-9 * (boat.node.now() - stamp) == pytest.approx(0.0, abs=0.005)
+        boat.node._on_timer()
+        sent = [message.timestamp for topic, message in boat.sent if topic == "fmu/in/offboard_control_mode"]
+        assert 1e-6 * sent[-1] == pytest.approx(own, abs=0.005)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(
     bench: Any, monkeypatch: pytest.MonkeyPatch, seed: int

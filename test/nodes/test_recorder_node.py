@@ -1,7 +1,9 @@
+import math
 from pathlib import Path
 from typing import Any
 
 import pytest
+import rclpy
 from geometry_msgs.msg import PoseStamped, WrenchStamped
 from mcap.reader import make_reader
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -85,6 +87,7 @@ def test_what_was_published_before_a_recorder_joined_is_named_and_does_not_count
     bench.until(lambda: "flushed" in warned())
     assert warned() == [missed, "flushed"]
     node.close()
+    assert open_bag(tmp_path / "bag").recording["joined_late"] == "1 of /cmd_wrench"
 
 
 def test_messages_of_two_publishers_in_turns_are_no_gaps(bench: Any, tmp_path: Path) -> None:
@@ -190,3 +193,45 @@ def test_a_goal_of_a_short_lived_publisher_is_recorded_with_the_time_of_the_run(
     node.close()
     assert [(topic, stamp) for topic, stamp, _ in read(tmp_path)] == [("/cmd_wrench", 70_000_000), ("/goal_pose", 70_000_000)]
     assert node.status()[2]["dropped"] == 0
+
+
+@pytest.fixture
+def silent(bench: Any) -> Any:
+    """A node that publishes a topic of a run, and does not answer requests until it is added to the executor."""
+    node = rclpy.create_node("silent", context=bench.context)
+    bench.nodes.append(node)
+    node.declare_parameter("gain", 2.5)
+    node.create_publisher(WrenchStamped, "cmd_wrench", qos.LOSSLESS)
+    return node
+
+
+def test_the_recorder_of_a_run_joins_a_topic_once_it_has_the_parameters_of_its_publisher(
+    bench: Any, tmp_path: Path, silent: Any
+) -> None:
+    node = record(bench, tmp_path, recorded=True, topics=["cmd_wrench"])
+    node._parameters_until = math.inf
+    bench.until(lambda: "/silent" in node._collector._requested)
+    assert not recorded_topics(node)
+    bench.executor.add_node(silent)
+    bench.until(lambda: recorded_topics(node))
+    assert node._collector.parameters["/silent"]["gain"] == 2.5
+    node.close()
+    assert "parameters_missing" not in open_bag(tmp_path / "bag").recording
+
+
+def test_a_bag_states_which_parameters_it_lacks_and_the_recorder_waits_for_them_for_a_while_only(
+    bench: Any, tmp_path: Path, silent: Any
+) -> None:
+    node = record(bench, tmp_path, recorded=True, topics=["cmd_wrench"])
+    node._parameters_until = 0.0
+    bench.until(lambda: recorded_topics(node))
+    lines = warnings(bench)
+    node.close()
+    assert open_bag(tmp_path / "bag").recording["parameters_missing"] == "/silent"
+    bench.until(lambda: "the bag lacks the parameters of /silent: no answer came" in lines())
+
+
+def test_a_recorder_of_no_run_joins_at_once(bench: Any, tmp_path: Path, silent: Any) -> None:
+    node = record(bench, tmp_path, topics=["cmd_wrench"])
+    bench.until(lambda: recorded_topics(node))
+    assert "/silent" not in node._collector.parameters

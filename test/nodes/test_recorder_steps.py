@@ -120,6 +120,15 @@ def test_each_lost_message_is_a_warning_and_what_is_awaited_is_named(bench: Any,
     node.close()
 
 
+@pytest.mark.parametrize(("lockstep", "awaited"), [(True, "/clock, /odom"), (False, "/odom")])
+def test_a_recorder_on_the_clock_of_the_machine_awaits_no_simulated_time(
+    bench: Any, tmp_path: Path, lockstep: bool, awaited: str
+) -> None:
+    node = record(bench, tmp_path, topics=["/clock", "odom"], lockstep=lockstep)
+    assert node.status()[1] == f"recording; waiting for {awaited}"
+    node.close()
+
+
 def test_a_recorder_of_a_run_subscribes_to_nothing_before_all_that_begins_it_is_there(bench: Any, tmp_path: Path) -> None:
     topics = ["odom", "reference", "controller/state", "cmd_wrench"]
     node = record(bench, tmp_path, topics=topics, lockstep=False, recorded=True)

@@ -107,7 +107,7 @@ def test_a_black_box_writes_again_after_a_minute_and_no_more_bags_than_allowed(
     node, now, written = bench.probe, [0.0], []
     parameters: Any = SimpleNamespace(duration=30.0, directory="")
     box = black_box.BlackBox(node, parameters, lambda: round(now[0] * 1e9))
-    monkeypatch.setattr(black_box, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(black_box, "time", SimpleNamespace(monotonic=lambda: now[0], monotonic_ns=lambda: round(1e9 * now[0])))
     monkeypatch.setattr(box, "_write", written.append)
     box.write("before any message")
     box.keep("/cmd_wrench", conv.new_wrench())
@@ -119,8 +119,9 @@ def test_a_black_box_writes_again_after_a_minute_and_no_more_bags_than_allowed(
     assert written == ["0", "60.1", "120.2", *(f"{200.0 + 61.0 * k:g}" for k in range(7))]
 
 
-def test_what_a_black_box_keeps_is_what_came_within_its_time_each_time(bench: Any) -> None:
+def test_what_a_black_box_keeps_is_what_came_within_its_time_each_time(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
+    monkeypatch.setattr(black_box, "time", SimpleNamespace(monotonic_ns=lambda: round(now[0] * 1e9)))
     parameters: Any = SimpleNamespace(duration=2.0, directory="")
     box = black_box.BlackBox(bench.probe, parameters, lambda: round(now[0] * 1e9))
     for at in (0.0, 1.0, 2.0, 2.5, 9.0, 9.5):

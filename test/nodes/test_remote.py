@@ -123,7 +123,8 @@ def test_a_goal_that_is_refused_is_an_error_with_the_reason_of_the_reference(ben
     for _ in range(2):
         code, output, error = vessel_hsmc("goto", "1e9", "0", "0")
         assert (code, output) == (1, "")
-        assert error.startswith("error: /reference_ship: goal with x = 1e+09 is not allowed: it takes at most 1e+07 m")
+        assert error.startswith("error: /reference_ship: goal must be within 100 km of the reference at x = ")
+        assert "(got x = 1e+09, y = 0, 1e+06 km)" in error
     assert vessel_hsmc("goto", "9", "0", "0") == (0, "goal: x = 9, y = 0, heading = 0\n", "")
 
 

@@ -54,8 +54,12 @@ def test_rclpy_from_elsewhere_is_refused_by_a_node_in_one_line(tmp_path: Path) -
     assert line.startswith(f"[FATAL]: PYTHONPATH leads to rclpy in {tmp_path}")
 
 
-def test_logs_go_elsewhere_where_the_home_cannot_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("HOME", "/proc/1")
+@pytest.mark.parametrize("home", ["/proc/1", "", None])
+def test_logs_go_elsewhere_where_there_is_no_home_that_can_be_written(monkeypatch: pytest.MonkeyPatch, home: str | None) -> None:
+    if home is None:
+        monkeypatch.delenv("HOME", raising=False)
+    else:
+        monkeypatch.setenv("HOME", home)
     monkeypatch.delenv("ROS_HOME", raising=False)
     monkeypatch.delenv("ROS_LOG_DIR", raising=False)
     monkeypatch.setattr(os, "environ", dict(os.environ))
@@ -75,3 +79,14 @@ def test_messages_of_another_version_are_refused(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(ros_environment, "share_directory", lambda: tmp_path)
     with pytest.raises(InstallationError, match=r"Event of .* is not that of this package: "):
         ros_environment.check_messages()
+
+
+@pytest.mark.parametrize(("flags", "named"), [("0x9\n", False), ("0x8\n", True), ("", False), (None, False)])
+def test_a_loopback_interface_that_is_down_is_named_with_what_brings_it_up(
+    tmp_path: Path, flags: str | None, named: bool
+) -> None:
+    if flags is not None:
+        (tmp_path / "flags").write_text(flags)
+    text = ros_environment.loopback_down(tmp_path / "flags")
+    assert ("ip link set lo up" in text) is named
+    assert bool(text) is named

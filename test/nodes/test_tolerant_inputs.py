@@ -138,7 +138,7 @@ def test_a_twist_that_is_not_filled_in_is_named_on_the_log_and_ends_in_the_safe_
     monkeypatch.setattr(sea, "send_odometry", at_two_metres_per_second(sea))
     sea.run(6.5)
     assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.SAFE, ControlState.VELOCITY)
-    assert "is the twist not filled in? controller.observer.enabled" in capfd.readouterr().err
+    assert "is the twist not filled in? observer.enabled" in capfd.readouterr().err
     assert any("not filled in" in task.message for task in node.diagnostic_tasks() if task.name == "monitors")
 
 

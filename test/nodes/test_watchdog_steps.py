@@ -55,13 +55,35 @@ def test_each_message_has_the_present_stamp_the_frame_and_its_share_of_both_valu
         made.wait(0.1)
         made.node._on_timer()
         topic, message = made.sent[-1]
-        silent = 0.1 * k
+        share = min(1.0, max(0.0, 1.0 - (0.1 * k - 0.3)))
+        assert conv.read_wrench(message) == pytest.approx((100.0 * share, -7.0 * share), abs=1e-6)
+        assert len(made.sent) == 1 + max(0, k - 3), "fresh commands are published as they come"
         if k > 3:
-            share = max(0.0, 1.0 - silent)
-            assert conv.read_wrench(message) == pytest.approx((100.0 * share, -7.0 * share), abs=1e-6)
             assert conv.nanoseconds(message.header.stamp) == made.time.monotonic_ns()
         assert (topic, message.header.frame_id) == ("watched_wrench", "alpha/base_link")
     assert made.node.status()[2] == {"share": 0.0, "stopped": False}
+
+
+@pytest.mark.parametrize("timeout", [0.05, 0.3, 1.7])
+@pytest.mark.parametrize("ramp", [0.2, 1.0, 3.0])
+def test_the_ramp_begins_at_the_time_out_without_a_step_whatever_the_times_are(make: Any, timeout: float, ramp: float) -> None:
+    made, period = make(command_timeout=timeout, ramp_time=ramp), 0.02
+    made.wait(0.7)
+    for _ in range(2):
+        while not made.sent or conv.read_wrench(made.sent[-1][1])[0] < 100.0:
+            made.wait(period)
+            made.command()
+            made.node._on_timer()
+        before, began = 100.0, made.time.seconds
+        while before > 0.0:
+            made.wait(period)
+            made.node._on_timer()
+            force = conv.read_wrench(made.sent[-1][1])[0]
+            assert before - force <= 100.0 * period / ramp + 1e-6
+            before = force
+        assert made.time.seconds - began == pytest.approx(timeout + ramp, abs=2.1 * period)
+        made.wait(0.5)
+        made.node._on_timer()
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

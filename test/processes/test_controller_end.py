@@ -53,7 +53,7 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench
         plant.send_odometry(now)
 
     bench.probe.create_timer(0.02, send)
-    settings = ["-p", "law:=guided", "-p", "rate_hz:=50.0"]
+    settings = ["-p", "law:=guided", "-p", "rate_hz:=50.0", "-p", "start_enabled:=true", "-p", "vessel:=paper_ship"]
     command = start("python", "-m", "vessel_hsmc_ros.nodes.controller", "--ros-args", *settings)
 
     def spin() -> bool:

@@ -155,12 +155,16 @@ def test_a_run_that_cannot_start_is_refused_in_one_line(
 
 
 BAD_NODES = [
-    ("controller_node", ["-p", "rate_hz:=50.0"], "is unstable at controller.rate_hz = 50 Hz"),
-    ("controller_node", ["-p", "rate_hz:=fast"], "controller.rate_hz = 'fast' is not allowed"),
-    ("vessel_sim_node", ["-p", "speed:=1"], "vessel_sim.speed is not a parameter"),
-    ("vessel_sim_node", ["-p", "vessel.surge_inertia:=-1.0"], "vessel_sim.vessel.surge_inertia = -1.0 is not allowed"),
-    ("reference_ship_node", ["-p", "surge_force:=.nan"], "reference_ship.surge_force = nan is not allowed"),
-    ("recorder_node", ["-p", "compression:=brotli"], "recorder.compression = brotli is not allowed: it takes one of none, lz4"),
+    ("controller_node", ["-p", "rate_hz:=50.0"], "is unstable at rate_hz = 50 Hz"),
+    (
+        "controller_node",
+        ["-p", "rate_hz:=fast"],
+        "rate_hz = 'fast' is not allowed: it takes a finite number from 1 to 1000 Hz (-p rate_hz:=fast)",
+    ),
+    ("vessel_sim_node", ["-p", "speed:=1"], "]: speed is not a parameter"),
+    ("vessel_sim_node", ["-p", "vessel.surge_inertia:=-1.0"], "]: vessel.surge_inertia = -1.0 is not allowed"),
+    ("reference_ship_node", ["-p", "surge_force:=.nan"], "]: surge_force = nan is not allowed"),
+    ("recorder_node", ["-p", "compression:=brotli"], "]: compression = brotli is not allowed: it takes one of none, lz4"),
     ("recorder_node", ["-p", "directory:=/dev/null/bag"], "bag folder /dev/null/bag cannot be made"),
     ("controller_node", ["--params-file", "missing.yaml"], "missing.yaml"),
 ]

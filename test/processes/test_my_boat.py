@@ -3,6 +3,7 @@
 import re
 import signal
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from harness import Command, children
 from vessel_hsmc_ros.core.install_paths import share_directory
 
 EXAMPLE = share_directory() / "examples" / "my_boat.py"
+LAUNCH_TEST = EXAMPLE.with_name("test_boat_launch.py")
 REPORT = re.compile(r"boat at (\S+) (\S+), (\S+) m from the reference")
 
 
@@ -30,3 +32,14 @@ def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Comm
     assert command.wait(60.0) == 0
     assert "Traceback" not in command.text
     assert not [pid for pid in nodes if Path(f"/proc/{pid}").exists()]
+
+
+@pytest.mark.skipif(not LAUNCH_TEST.exists(), reason="the examples are part of the source tree only")
+def test_the_launch_test_of_the_example_passes_and_is_skipped_with_a_reason_without_launch(start: Callable[..., Command]) -> None:
+    command = start("python", "-m", "pytest", "-rs", LAUNCH_TEST)
+    code = command.wait(200.0)
+    if find_spec("launch_testing") and find_spec("launch_ros"):
+        assert (code, "1 passed" in command.text) == (0, True), command.text
+    else:
+        assert "launch_testing comes with a ROS install only" in command.text
+        assert "1 skipped" in command.text

@@ -61,7 +61,8 @@ def declared_in_package_xml() -> set[str]:
 
 
 def ros_packages() -> set[str]:
-    return {name for name in imported() if name == "rclpy" or name.endswith(("_msgs", "_srvs", "_interfaces"))}
+    names = {"rclpy", "launch", "launch_ros"}
+    return {name for name in imported() if name in names or name.endswith(("_msgs", "_srvs", "_interfaces"))}
 
 
 def test_setup_declares_every_library_that_is_imported() -> None:

@@ -2,6 +2,7 @@
 
 import math
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,8 +124,33 @@ def test_a_path_that_begins_under_way_turns_to_the_nearer_side(side: float, bear
 @pytest.mark.parametrize("first", [0, 1, 4])
 def test_a_corner_without_room_is_counted_from_the_beginning_of_the_path(first: int) -> None:
     strong = ship()._replace(limits=ship().limits._replace(current=0.7))  # no corner is slower than the current
-    points = tuple(Waypoint(place, THROUGH, 0.8) for place in (50.0 + 0.0j, 50.0 + 0.5j, 0.5j, 40.0 + 0.0j))
+    places = (50.0 + 0.0j, 50.0 + 0.5j, 0.5j, 40.0 + 0.0j)
+    points = tuple(Waypoint(place, THROUGH, 0.8, number=first + k) for k, place in enumerate(places, 1))
     with pytest.raises(ParameterError, match=rf"^{PATH}: corner {first + 1} of 90° needs "):
         polyline(0j, Part(points, first), strong)
     elements, _ = polyline(0j, Part(points[:1], first), ship())
     assert [element.leg for element in elements] == [first]
+
+
+PLACES = (0j, 12.0 + 0j, 24.0 + 9.0j, 24.0 + 21.0j, 40.0 + 21.0j)
+
+
+def corner_speeds(places: Any, under_way: bool = False) -> list[float]:
+    points = tuple(Waypoint(place, THROUGH, 0.8, number=k) for k, place in enumerate(places[1:], 1))
+    elements, sections = polyline(places[0], Part(points, 0), ship(), under_way)
+    return [section.speed for element, section in zip(elements, sections, strict=True) if element.turn]
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.8, 1.0, 1.5])
+def test_a_path_and_its_way_back_have_the_same_corner_speeds(scale: float) -> None:
+    places = [scale * place for place in PLACES]
+    there, back = corner_speeds(places), corner_speeds(places[::-1])
+    assert there == pytest.approx(back[::-1])
+    assert len(set(there)) > 1
+
+
+def test_from_rest_a_quarter_of_the_first_leg_is_free_and_under_way_none_is() -> None:
+    places = [0j, 3.0 + 0j, 3.0 + 30.0j, 60.0 + 30.0j]
+    resting, moving = corner_speeds(places), corner_speeds(places, under_way=True)
+    assert resting[0] < 0.85 * moving[0]
+    assert resting[1:] == moving[1:]

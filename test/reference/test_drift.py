@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 from hulls import BOAT, BOAT_SYMBOLS, CYBERSHIP_2, MILLIAMPERE, hull
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters, unforced_acceleration, unforced_sway
 from vessel_hsmc_ros.reference.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.reference.curves import Arc, FigureEight, Square
 from vessel_hsmc_ros.reference.drift import PeriodicDrift, samples
+from vessel_hsmc_ros.reference.route import Element, Route, straight, turn
+from vessel_hsmc_ros.reference.route_drift import drift_along
+from vessel_hsmc_ros.reference.speed_profile import Phase, SpeedProfile
 
 PAPER = VesselParameters().coefficients()
 HULLS = {
@@ -76,3 +80,11 @@ def test_along_a_curve_a_coupled_hull_needs_no_sway_force(vessel: Vessel, speed:
                 for u, v, r, dv, dr in zip(motion.u, motion.v, motion.r, motion.dv, motion.dr, strict=True)
             ]
             assert np.abs(missing).max() < tolerance * np.abs(motion.r * motion.u).max()
+
+
+def test_a_solution_that_takes_too_many_instants_is_refused_for_that_reason() -> None:
+    route = Route([Element(straight(20.0), 0, turn=False), Element(turn(1.5, 10.0, 5.0), 0, turn=True)], (0.0, 0.0, 0.0))
+    profile = SpeedProfile([Phase(route.length, 1.0, 1.0)])
+    times = np.linspace(0.0, route.length, 50)
+    with pytest.raises(ParameterError, match=r"the drift angle along this path takes more than 200000 instants; a shorter path"):
+        drift_along(route, profile, times, BOAT, tolerance=2.3e-14)

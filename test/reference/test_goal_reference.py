@@ -13,6 +13,7 @@ from reference_motion import LIMITS, PERIOD, assert_feasible, motion_of
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.target import STREAM_GAP
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
@@ -231,13 +232,32 @@ def test_two_distant_goals_are_not_a_stream() -> None:
 @pytest.mark.parametrize(
     ("goals", "word"),
     [
-        ({"poses": (1.0, 2.0)}, "goal.poses with 2 numbers is not allowed: it takes x, y, heading for each of the 1 goal.times"),
-        ({"poses": (0.0,) * 6, "times": (2.0, 2.0)}, r"goal.times = \[2.0, 2.0\] is not allowed: it takes increasing times"),
+        ({"poses": (1.0, 2.0)}, r"goal.poses must have x, y, heading for each of the 1 goal.times \(got 2 numbers\)"),
+        ({"poses": (0.0,) * 6}, r"goal.poses must have x, y, heading for each of the 1 goal.times \(got 6 numbers\)"),
+        ({"poses": (0.0,) * 6, "times": (2.0, 2.0)}, r"goal.times must increase \(got \[2.0, 2.0\]\)"),
+        ({"times": (5.0,)}, r"goal.poses must be given with reference_ship.goal.times \(got .* = \[5.0\] alone\)"),
     ],
 )
 def test_inconsistent_goals_are_rejected_with_their_name(goals, word: str) -> None:
     with pytest.raises(ParameterError, match=word):
         make_reference(replace(AT_ORIGIN, goal=replace(AT_ORIGIN.goal, **goals)), PERIOD)
+
+
+@given(x=st.floats(-50.0, 50.0), y=st.floats(-50.0, 50.0), psi=st.floats(-3.0, 3.0), late=st.floats(0.0, 5.0))
+def test_a_goal_that_is_given_is_set_at_the_start_unless_it_has_a_time(x: float, y: float, psi: float, late: float) -> None:
+    """Also the origin is a goal; a list below zero never sets one, and neither does a list without a pose."""
+    far = replace(AT_ORIGIN, initial_pose=(70.0, 0.0, 0.0))
+
+    def target(after: float, **goals: Any) -> Any:
+        reference: Any = make_reference(replace(far, goal=GoalParameters(**goals)), PERIOD)
+        for _ in range(round(after / PERIOD)):
+            reference.advance()
+        return reference.target()[:2]
+
+    assert target(0.0, poses=(x, y, psi)) == (x, y)
+    assert target(0.0, poses=(0.0, 0.0, 0.0)) == (0.0, 0.0)
+    assert target(late + 2.0 * PERIOD, poses=(x, y, psi), times=(late,)) == (x, y)
+    assert target(1.0, poses=(x, y, psi), times=(-1.0,)) == target(1.0) == (70.0, 0.0)
 
 
 @pytest.mark.parametrize("stamps", [(None, None), (None, 7.0), (7.0, None), (7.0, 7.5)])

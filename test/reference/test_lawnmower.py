@@ -157,6 +157,24 @@ def test_a_boat_of_any_size_keeps_its_limits(logarithm: float, spacing: float, c
     assert W[(s > 6.0 * length) & (s < sailing.route.length - 6.0 * length)].min() > 0.99 * lawnmower.speed
 
 
+@pytest.mark.parametrize("logarithm", [5.3, 5.375, 5.4])
+def test_turns_that_just_keep_the_yaw_rate_alone_keep_it_in_a_survey_at_full_speed(logarithm: float) -> None:
+    length = math.exp(logarithm)
+    p = boat(length, **{"reference_ship.lawnmower.spacing": 16.0 * length})
+    sailing = planned(p)
+    assert not excesses(sailing.motion, travel_limits(p))
+    s, W, _ = sailing.profile.at(np.linspace(0.0, sailing.profile.times[-1], 2000))
+    on_the_way = (s > 6.0 * length) & (s < sailing.route.length - 6.0 * length)
+    np.testing.assert_allclose(W[on_the_way], p.lawnmower.speed, rtol=1e-9)
+
+
+def test_a_survey_of_three_hundred_legs_is_sailed() -> None:
+    p = boat(4.0, **{"reference_ship.lawnmower.legs": 300})
+    sailing = planned(p)
+    assert sum(not element.turn and element.leg >= 0 for element in sailing.route.elements) == 300
+    assert not excesses(sailing.motion, travel_limits(p))
+
+
 def test_surveys_are_similar_in_the_units_of_the_boat() -> None:
     radii = [turning_at(p.lawnmower.speed, p.vessel.coefficients(), travel_limits(p)).radius for p in map(boat, (1.0, 100.0))]
     # By rules of thumb the draught, and so the hull, is not quite similar.

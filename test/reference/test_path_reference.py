@@ -210,6 +210,19 @@ def test_an_empty_path_and_an_odd_number_of_coordinates_are_rejected() -> None:
             reference_of(LOOP, **{name: values})
 
 
+def test_waypoints_that_are_given_are_set_at_the_start_unless_they_have_a_time() -> None:
+    def moved(**path: Any) -> bool:
+        states, _ = motion_of(make_reference(replace(AT_ORIGIN, path=replace(AT_ORIGIN.path, **path)), PERIOD), 3.0)
+        return bool(np.any(states[-1] != states[0]))
+
+    assert moved(waypoints=(60.0, 0.0))
+    assert not moved(waypoints=(60.0, 0.0), time=-1.0)
+    assert not moved(waypoints=(60.0, 0.0), time=4.0)
+    assert not moved()
+    with pytest.raises(ParameterError, match=r"path\.waypoints must be given with reference_ship\.path\.time \(got"):
+        moved(time=2.0)
+
+
 def test_no_corner_is_slower_than_the_current_that_is_allowed_for() -> None:
     points = [(100.0, 0.0), (100.0, 20.0), (200.0, 20.0)]
     slow, _ = motion_of(reference_of(points), 200.0)
@@ -222,7 +235,8 @@ def test_no_corner_is_slower_than_the_current_that_is_allowed_for() -> None:
 
 def test_a_wide_turn_right_after_a_tight_one_gathers_speed() -> None:
     points = [(100.0, 0.0), (100.0, 14.0), (130.0, 90.0)]
-    states, accelerations = motion_of(reference_of(points), 200.0)
+    # With speeds of their own, the legs are not joined by one corner.
+    states, accelerations = motion_of(reference_of(points, speeds=(1.5, 1.49, 1.5)), 200.0)
     assert_feasible(states, accelerations)
     speed, turning = np.hypot(*states[:, 3:5].T), np.abs(states[:, 5]) > 1e-3
     tight, wide = turning & (states[:, 2] < 1.4), turning & (states[:, 1] > 16.0)
@@ -230,10 +244,12 @@ def test_a_wide_turn_right_after_a_tight_one_gathers_speed() -> None:
 
 
 def test_a_corner_without_room_is_refused_with_what_would_do() -> None:
-    reference = reference_of(LOOP)
+    waypoints = tuple(n for point in LOOP for n in point)
+    in_current = replace(AT_ORIGIN, motion=replace(AT_ORIGIN.motion, current=1.4))
+    reference: Any = make_reference(replace(in_current, path=replace(AT_ORIGIN.path, waypoints=waypoints, time=1.0)), PERIOD)
     before = motion_of(reference, 20.0)[0][-1]
     with pytest.raises(GoalError, match=r"path: corner 2 of 90° needs [\d.]+ m of a leg even at .* longer legs or a stop there"):
-        reference.set_path([(100.0, 0.0), (200.0, 0.0), (200.0, 0.1), (300.0, 0.1)])
+        reference.set_path([(100.0, 0.0), (200.0, 0.0), (200.0, 20.0), (300.0, 20.0)])
     assert math.dist(motion_of(reference, 1.0)[0][-1, :2], before[:2]) < 2.0
 
 

@@ -1,13 +1,14 @@
 """Errors against planned legs and turns: geometry, metrics, and what judges a survey by them."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.track_errors import NO_LEG, per_leg, summarise
+from vessel_hsmc_ros.core.track_errors import NO_LEG, missed, per_leg, summarise
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, track_of
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, leg_count, replaced, stretches_of, track_errors
+from vessel_hsmc_ros.reference.planned_track import leg_count, passed, replaced, stretches_of, track_errors
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.record import Record, measured, planned
 from vessel_hsmc_ros.report.verdict import with_verdict
@@ -51,7 +52,7 @@ def test_a_stretch_ends_at_its_own_end_or_where_another_plan_takes_its_place() -
     assert track is not None
     (one,) = track.stretches
     for now, end in ((one.end + 50.0, one.end), (0.5 * (one.begin + one.end), 0.5 * (one.begin + one.end))):
-        later = PlannedTrack(stretches_of(track.stretches, now - one.begin), track.waypoints)
+        later = track._replace(stretches=stretches_of(track.stretches, now - one.begin))
         both = replaced(track, now, later)
         assert [(each.begin, each.end) for each in both.stretches] == pytest.approx(
             [(one.begin, end), (now, now + one.end - one.begin)]
@@ -95,6 +96,15 @@ def test_a_path_of_a_message_takes_the_place_of_the_rest_of_the_plan() -> None:
     assert after.waypoints[-2:] == (200j, 300j)
 
 
+def record_of_half(record: Record) -> Record:
+    """The run with a ship that stays 30 m abeam for the second half."""
+    run = record.run
+    state = run.state.copy()
+    state[len(state) // 2 :, 1] += 30.0
+    aside = replace(run, state=state)
+    return Record("aside", aside, measured(aside, record.scenario), scenario=record.scenario, track=record.track)
+
+
 def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> None:
     scenario = survey(**{"vessel_sim.duration": 60.0})
     run, track = simulate(scenario), planned(scenario)
@@ -109,12 +119,37 @@ def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> N
     record = with_verdict(Record("survey", run, metrics, scenario=scenario, track=track))
     assert record.verdict.startswith("On 1 of its 2 legs the ship is ")
     limit = metrics.leg_cross_track_rms or 0.0
+    away = with_verdict(record_of_half(record)).verdict
+    assert "; it missed " in away and "of their length, where it was never within " in away  # noqa: PT018
     assert judge(Row("r", legs_at_most=1.01 * limit), run, track).hit
     assert not judge(Row("r", legs_at_most=0.99 * limit), run, track).hit
     assert not judge(Row("r", legs_at_most=1.0), run).hit
     text = page.render([record], "survey", page.hull_of([record]))
     assert '<section class="group" id="legs">' in text
     assert "planned legs, waypoints" in text
+
+
+@pytest.mark.parametrize("far", [0.0, 0.4, 0.99, 1.01, 5.0])
+@pytest.mark.parametrize(("begin", "end"), [(0.0, 0.5), (0.3, 0.8), (0.0, 1.0)])
+def test_what_is_not_passed_within_a_tenth_of_the_spacing_is_missed(far: float, begin: float, end: float) -> None:
+    """Of a ship that sails its plan, but for a part of the second leg on which it is abeam."""
+    track = track_of(SURVEY, 0.1)
+    assert track is not None
+    ((route, profile, start, stop),) = track.stretches
+    time = np.linspace(start, stop, 40000)
+    s = profile.at(time - start)[0]
+    first = sum(element.length for element in route.elements[:2])
+    leg = route.elements[2].length
+    away = (s > first + begin * leg) & (s < first + end * leg)
+    p = route.position(s) + np.where(away, 1j * far * track.near * np.exp(1j * route.course(s)), 0.0)
+    assert track.near == pytest.approx(0.1 * SURVEY.lawnmower.spacing)
+    lengths = passed(track, stop, np.column_stack((p.real, p.imag)))
+    expected = end - begin if far > 1.0 else 0.0
+    # Beyond either end of the gap, a point of the leg is still within the distance of the last position near it.
+    assert [missed({k: lengths[k]}) for k in range(4)] == pytest.approx([0.0, expected, 0.0, 0.0], abs=2.1 * track.near / leg)
+    assert missed(lengths) == pytest.approx(0.25 * expected, abs=2.1 * track.near / leg)
+    assert missed({}) is None
+    assert passed(track, start - 1.0, np.zeros((3, 2))) == {}
 
 
 def test_a_run_in_is_no_leg() -> None:

@@ -1,15 +1,18 @@
 """Pages from bags: which signals they contain, and where their files go."""
 
+import re
 from pathlib import Path
+from typing import Any
 
 import bag_making
 import numpy as np
 import pytest
+from boat_bags import EPOCH, sailed, write_boat
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.exceptions import BagError, BagWarning
 from vessel_hsmc_ros.core.metrics import evaluate
 from vessel_hsmc_ros.report.making import Options, make, page_of, read
 from vessel_hsmc_ros.report.panels import panels
@@ -140,3 +143,23 @@ def test_a_bag_without_odometry_is_refused_with_the_topics_it_has(tmp_path: Path
     writer.close()
     with pytest.raises(BagError, match="has no odometry: its topics are /cmd_wrench"):
         make([tmp_path / "bag"], Options())
+
+
+LATE: dict[str, Any] = {"stamps": lambda time: (EPOCH + time, EPOCH + time + 3.0)}
+UNSTAMPED: dict[str, Any] = {"stamps": lambda time: (0.0, EPOCH + time)}
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"), [(LATE, "are 3 s ahead of those of /odom"), (UNSTAMPED, r"/odom has no stamps \(0\)")]
+)
+def test_a_fault_of_a_recording_is_named_and_stands_on_its_page(tmp_path: Path, fault: dict[str, Any], reason: str) -> None:
+    path = write_boat(tmp_path / "bag_0.mcap", sailed(duration=20.0), **fault)
+    with pytest.warns(BagWarning, match=reason):
+        (found,) = read([path])
+    assert re.search(reason, str(found.provenance["faults"]))
+
+
+def test_a_faultless_recording_has_none(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    (found,) = read([write_boat(tmp_path / "bag_0.mcap", sailed(duration=20.0))])
+    assert "faults" not in found.provenance
+    assert not [each for each in recwarn if issubclass(each.category, BagWarning)]

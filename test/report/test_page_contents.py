@@ -100,10 +100,11 @@ def test_every_run_has_the_errors_of_its_own_legs_and_its_own_verdict(monkeypatc
         for name, size in (("one", 0.5), ("two", 0.07))
     }
     monkeypatch.setattr(Record, "track_errors", property(lambda self: errors.get(self.name)))
+    monkeypatch.setattr(Record, "passed", property(lambda self: {0: (3.0, 4.0), 1: (7.0, 7.0)} if self.name == "two" else {}))
     runs = [spiral(name, 0.0, 20.0, side, verdict=f"{name} is judged.") for side, name in enumerate(("one", "none", "two"))]
     assert page._legs(runs) == [
-        {"name": "one", "rows": [("1", "0.5 m", "0.5 m", "1.5 m"), ("2", "1 m", "1 m", "1.5 m")]},
-        {"name": "two", "rows": [("1", "70 mm", "70 mm", "0.21 m"), ("2", "0.14 m", "0.14 m", "0.21 m")]},
+        {"name": "one", "rows": [("1", "0.5 m", "0.5 m", "1.5 m", "0 %"), ("2", "1 m", "1 m", "1.5 m", "0 %")]},
+        {"name": "two", "rows": [("1", "70 mm", "70 mm", "0.21 m", "25 %"), ("2", "0.14 m", "0.14 m", "0.21 m", "0 %")]},
     ]
     assert page._verdicts([runs[0], replace(runs[1], verdict=""), runs[2]]) == [
         {"name": "one", "text": "one is judged.", "colour": "--run-0"},
@@ -171,17 +172,17 @@ def test_every_option_of_a_page_reaches_its_file(tmp_path: Path, monkeypatch: py
     assert files == {"page": path, "figures": tmp_path / "mine_figures", "csv": tmp_path / "mine_csv"}
     making.write(runs, replace(options, title="My title", figures=None, csv=False))
     assert written[2][2] == "My title"
-    namespaces: list[str | None] = []
+    chosen: list[tuple[str | None, str, str]] = []
 
-    def read(_: object, namespace: str | None = None) -> list[Record]:
-        namespaces.append(namespace)
+    def read(_: object, namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
+        chosen.append((namespace, odometry, wrench))
         return runs
 
     monkeypatch.setattr(making, "read", read)
     (tmp_path / "bag").mkdir()
     monkeypatch.setattr(making, "bag_path", Path)
-    making.make([tmp_path / "bag"], Options(page=path, namespace="boat"))
-    assert namespaces == ["boat"]
+    making.make([tmp_path / "bag"], Options(page=path, namespace="boat", odometry="/state", wrench="/thrust"))
+    assert chosen == [("boat", "/state", "/thrust")]
 
 
 def test_a_table_of_many_rows_is_written_to_its_last_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

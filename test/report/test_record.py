@@ -4,17 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from records import circle, make_run, record
 
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.overlay import tracks
-from vessel_hsmc_ros.report.record import Mark, control_intervals, measured
+from vessel_hsmc_ros.report.record import Mark, control_intervals, measured, running_time
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 PAUSES = (Mark(1.0, "pause", ""), Mark(2.0, "resume", ""), Mark(5.0, "pause", ""), Mark(9.0, "resume", ""))
 
 
-@pytest.mark.parametrize(("marks", "settled"), [((), 12.0), (PAUSES[:2], 11.0), (PAUSES[2:], 8.0), (PAUSES, 7.0)])
+THREE = (*PAUSES, Mark(11.0, "pause", ""), Mark(11.25, "resume", ""))
+
+
+@pytest.mark.parametrize(("marks", "settled"), [((), 12.0), (PAUSES[:2], 11.0), (PAUSES[2:], 8.0), (PAUSES, 7.0), (THREE, 6.75)])
 def test_no_pause_counts_in_the_settling_time(marks: tuple[Mark, ...], settled: float) -> None:
     time = np.arange(0.0, 60.0, 0.01)
     reference = np.zeros((len(time), 6))
@@ -23,6 +28,19 @@ def test_no_pause_counts_in_the_settling_time(marks: tuple[Mark, ...], settled: 
     metrics = measured(make_run(time, state, reference=reference, wrench=np.zeros((len(time), 2))), None, marks)
     assert metrics is not None
     assert metrics.settling_time == pytest.approx(settled, abs=0.02)
+
+
+@given(st.lists(st.tuples(st.floats(0.1, 3.0), st.floats(0.1, 3.0)), max_size=6))
+def test_the_running_time_is_that_outside_of_the_pauses_at_every_time(parts: list[tuple[float, float]]) -> None:
+    marks, outside, at = [], [], 0.0
+    for running, paused in parts:
+        outside.append((at, at + running))
+        marks += [Mark(at + running, "pause", ""), Mark(at + running + paused, "resume", "")]
+        at += running + paused
+    outside.append((at, np.inf))
+    time = np.linspace(0.0, at + 5.0, 400)
+    expected = sum(np.clip(time - begin, 0.0, end - begin) for begin, end in outside)
+    np.testing.assert_allclose(running_time(time, marks), expected, atol=1e-9)
 
 
 def test_intervals_of_the_control_that_a_pause_interrupts_are_left_out() -> None:

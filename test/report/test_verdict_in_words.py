@@ -1,13 +1,17 @@
 """The verdict on a run in words."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from records import make_run
 
+from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.report import Record, with_verdict
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -23,6 +27,7 @@ def judged(
     duration: float = 200.0,
     speed: float = 2.0,
     changes: dict[str, object] | None = None,
+    plant: bool = True,
     **known: Any,
 ) -> str:
     """The verdict on a ship that lags its straight reference by an error, with a surge force; both are functions of the time."""
@@ -31,6 +36,7 @@ def judged(
     reference = np.column_stack([speed * time, zero, zero, zero + speed, zero, zero])
     state = reference - np.column_stack([error(time), *[zero] * 5])
     run = make_run(time, state, reference=reference, wrench=np.column_stack([force(time), zero]))
+    run = replace(run, unforced_acceleration=np.full((len(time), 3), 0.0 if plant else np.nan))
     scenario = load_scenario("case2_tracking", {**GUIDED, **(changes or {})})
     return with_verdict(Record("run", run, measured(run, scenario), scenario=scenario, **known)).verdict
 
@@ -77,6 +83,33 @@ def test_a_run_that_failed_states_when_and_why() -> None:
     assert "and grows by" in text
 
 
+@given(noise=st.floats(0.02, 3.0), share=st.floats(0.01, 2.0))
+@settings(max_examples=20)
+def test_an_error_within_the_noise_of_the_positions_is_no_failure_and_is_given_in_it(noise: float, share: float) -> None:
+    """A constant error, of a ship that starts on its reference: without noise, the bound is a hundredth of its length, 0.32 m."""
+    text = judged(lambda t: 0.0 * t + share * noise, changes={"vessel_sim.sensors.position_noise": noise})
+    assert text.startswith("The ship tracks" if share * noise <= max(noise, 0.32) else "The ship does not track")
+    assert f"rms in the last quarter ({number(share)} of the {quantity(noise, 'm')} of noise of its positions), at most" in text
+
+
+def test_a_boat_is_judged_by_the_noise_that_is_declared_of_its_positions() -> None:
+    """Without a plant among the nodes, the sensors of the simulation do not count."""
+    declared: dict[str, object] = {"controller.observer.enabled": True, "controller.observer.position_noise": 2.0}
+    assert judged(lambda t: 0.0 * t + 1.5, changes=declared, plant=False).startswith("The ship tracks the reference:")
+    assert judged(lambda t: 0.0 * t + 1.5, changes=declared).startswith("The ship does not track the reference:")
+    sensors: dict[str, object] = {"vessel_sim.sensors.position_noise": 2.0}
+    assert judged(lambda t: 0.0 * t + 1.5, changes=sensors, plant=False).startswith("The ship does not track the reference:")
+
+
+@pytest.mark.parametrize(("law", "setting"), [("guided", "guided.velocity_noise"), ("los_pid", "observer.position_noise")])
+def test_chattering_by_the_noise_of_the_positions_names_what_reduces_it(law: str, setting: str) -> None:
+    switching: Array = np.where(np.arange(4000) % 2, 1.0, -1.0)
+    noisy: dict[str, object] = {"controller.law": law, "vessel_sim.sensors.position_noise": 0.3}
+    assert judged(np.zeros_like, lambda _: 1e5 + 1e4 * switching, changes=noisy).endswith(
+        f"on average, from 0.3 m of noise of its positions: a larger controller.{setting} reduces it."
+    )
+
+
 def test_a_reference_at_rest_is_station_keeping() -> None:
     text = judged(lambda t: 0.0 * t + 0.01, speed=0.0)
     assert text.startswith("The ship keeps station: the position error is 10 mm rms in the last quarter")
@@ -110,6 +143,11 @@ def test_chattering_is_stated_with_its_size_and_numerical_noise_is_not() -> None
 def test_missed_periods_and_dropped_messages_are_stated() -> None:
     text = judged(np.zeros_like, facts={"missed_periods": 7, "messages_dropped": 3})
     assert text.endswith("7 of 7 control periods were missed; the recorder dropped 3 messages.")
+
+
+def test_what_a_late_recorder_missed_is_stated() -> None:
+    text = judged(np.zeros_like, provenance={"joined_late": "1 of /cmd_wrench"})
+    assert text.endswith("he recorder joined late and missed 1 of /cmd_wrench.")
 
 
 def test_a_law_that_controls_the_heading_only_is_judged_by_its_heading() -> None:

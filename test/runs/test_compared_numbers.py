@@ -149,10 +149,23 @@ def test_the_tables_of_a_comparison_show_every_metric_in_its_own_column() -> Non
     first = ["case", "last half", "11.5 m, largest 12.5 m, excursion 13.5, legs 14.5 m"]
     assert found == {
         "rms position error": [[*first, "1.5 m, legs 9.5 m hit", "0.5 m, legs 9.5 m miss"]],
-        "largest position error": [[*first, "2.5 m", "0.6 m"]],
-        "actuator travel [1/min]": [[*first, "8.5", "0.7"]],
+        "largest position error": [[*first[:2], "2.5 m", "0.6 m"]],
+        "actuator travel [1/min]": [[*first[:2], "8.5", "0.7"]],
     }
     assert comparison_page._scope(ROW) == f"Errors over the last half, at most {first[2]}"
+
+
+def test_a_comparison_ranks_its_laws_in_a_sentence_or_counts_their_limits() -> None:
+    runs = [
+        replace(OUTCOME, law=law, metrics=None if rms is None else METRICS._replace(position_rms=rms))
+        for law, rms in (("hierarchical", 16.6), ("nmpc", None), ("guided", 0.002))
+    ]
+    assert comparison_page.findings(runs) == [
+        "On case guided is the most accurate (2 mm rms), before hierarchical (16.6 m rms), nmpc (stopped)."
+    ]
+    assert comparison_page.findings(runs[:1]) == []
+    many = [replace(run, row=replace(ROW, name=f"case {k}")) for k in range(4) for run in runs[:1]]
+    assert comparison_page.findings(many) == ["hierarchical meets 4 of 4 limits."]
 
 
 def test_a_column_has_the_unit_of_its_largest_value_in_whatever_row() -> None:

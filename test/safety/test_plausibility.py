@@ -3,6 +3,8 @@
 import math
 
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.safety.monitors import Alarm, Innovation, NotMoving, Saturation
@@ -114,6 +116,24 @@ def test_a_ship_that_moves_or_is_not_driven_gives_no_alarm(command: tuple[float,
 def test_a_command_at_one_limit_gives_a_warning_and_then_the_safe_action() -> None:
     monitor = Saturation(TIMES, LIMITS)
     assert lasting([monitor.step((100.0, 0.0), T) for _ in range(40)]) == pytest.approx([10, 20, 10], abs=1)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.floats(1e-3, 1e9), st.floats(1e-6, 1e6), st.floats(0.05, 1.0), st.sampled_from([1.0, -1.0]), st.integers(0, 1))
+@example(979.2, 1.0 / 979.2 * 3.0, 1.0, 1.0, 0)
+def test_a_command_that_was_clipped_in_other_units_is_at_its_limit(
+    limit: float, unit: float, share: float, side: float, axis: int
+) -> None:
+    bounds = MonitorParameters(
+        **{f"{name}_{kind}": 1.0 for name in ("saturation", "not_moving") for kind in ("warning", "safe")}, driven_share=share
+    )
+    limits = (limit, 1e12) if axis == 0 else (1e12, limit)
+    rounded = side * limit / unit * unit
+    command = (rounded, 0.0) if axis == 0 else (0.0, rounded)
+    saturation, moving = Saturation(bounds, limits), NotMoving(bounds, limits)
+    assert [saturation.step(command, 0.6) for _ in range(3)][-1] is Alarm.SAFE
+    driven = (share * command[0], share * command[1])
+    assert [moving.step(driven, (0.0, 0.0), 0.6) for _ in range(3)][-1] is Alarm.SAFE
 
 
 def test_a_law_that_switches_between_its_limits_is_not_saturated() -> None:

@@ -36,6 +36,18 @@ def test_the_faults_of_a_changed_scenario_have_its_seed(tmp_path: Path) -> None:
     assert scenario == load_scenario(path)
 
 
+@pytest.mark.parametrize("seed", [0, 4, 7])
+def test_the_faults_of_a_scenario_that_is_changed_again_have_the_seed_of_each_time(tmp_path: Path, seed: int) -> None:
+    path = tmp_path / "own.yaml"
+    path.write_text("faults:\n  - {at: 1.0, kind: drop, topic: odom}\n", encoding="utf-8")
+    scenario = load_scenario(path, {"vessel_sim.seed": seed})
+    for later in (7, 8, 0, 4):
+        scenario = scenario.changed({"vessel_sim.seed": later})
+        assert scenario == load_scenario(path, {"vessel_sim.seed": later})
+        assert scenario.faults is not None
+        assert scenario.faults.seed == later
+
+
 def test_changes_add_up_and_leave_the_original_as_it_is() -> None:
     scenario = load_scenario("case2_tracking")
     twice = scenario.changed({"vessel_sim.seed": 7}).changed({"vessel_sim.duration": 8.0})

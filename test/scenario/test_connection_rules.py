@@ -12,7 +12,7 @@ from connections import SHIP, healthy, of
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import state_columns as types
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Endpoint, Topic
-from vessel_hsmc_ros.safety.connection_rules import effect, judge
+from vessel_hsmc_ros.safety.connection_rules import judge
 from vessel_hsmc_ros.scenario.connection import connection_of, values_of
 from vessel_hsmc_ros.scenario.interfaces import interface
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
@@ -265,17 +265,6 @@ def test_the_size_of_each_effect_is_that_of_its_own_inertia(wrong: int, name: st
     (text,) = of(judge(healthy()._replace(inertias=(inertias[0], inertias[1]))), WRONG)
     assert f"{name} has" in text
     assert ("surge_inertia", "yaw_inertia")[wrong] in text
-
-
-@pytest.mark.parametrize("late", [0, 1, 2])
-@pytest.mark.parametrize("sign", [1, -1])
-def test_the_effect_of_a_command_is_found_that_acts_late(late: int, sign: int) -> None:
-    command, rate = np.random.default_rng(5).uniform(-1.0, 1.0, 60), np.zeros(60)
-    for k in range(59):
-        rate[k + 1] = 0.9 * rate[k] + sign * 0.2 * command[max(k - late, 0)]
-    found, slope = effect(command, rate)
-    assert found == sign
-    assert slope == pytest.approx(0.2 * sign, rel=0.05)
 
 
 def test_the_pulses_of_each_thruster_need_a_reader() -> None:

@@ -59,6 +59,10 @@ def test_what_is_no_script_is_refused(text: str, reason: str) -> None:
         ("at: 1, kind: drop, tpoic: odom", r"faults\[0\].tpoic is not a parameter: did you mean topic\?"),
         ("at: 1, kind: drop", r"faults\[0\] has no topic: a fault of kind drop needs it"),
         ("kind: drop, topic: odom", r"faults\[0\] has no at: "),
+        (
+            "at: 1, duration: 2, kind: kill, node: controller",
+            r"faults\[0\].duration does not apply to kind kill: it takes at, kind",
+        ),
         ("at: 1, kind: delay, topic: odom", r"faults\[0\] has no delay: "),
         (
             "at: 1, kind: drop, topic: odom, delay: 1",

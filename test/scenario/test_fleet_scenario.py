@@ -3,12 +3,13 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.reference.factory import REFERENCES
+from vessel_hsmc_ros.reference.factory import REFERENCES, make_reference
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, dump_fleet, make_fleet
 from vessel_hsmc_ros.scenario.parameters import NODES
@@ -69,6 +70,25 @@ def test_in_every_mode_the_reference_of_a_vessel_is_that_of_the_scenario_shifted
         trajectory(scenario.reference_ship, 2.0, 20) for scenario in make_fleet(base, 2, spacing=30.0).vessels.values()
     )
     np.testing.assert_allclose(second - first, np.tile([0.0, 30.0, *[0.0] * 7], (20, 1)), atol=1e-6)
+
+
+def test_the_rectangle_of_a_survey_is_shifted_as_a_whole_and_keeps_its_size() -> None:
+    changes = {"reference_ship.lawnmower.rectangle": (10.0, 20.0, 300.0, 120.0)}
+    fleet = make_fleet(load_scenario("case2_tracking", changes), 3, spacing=30.0)
+    rectangles = [scenario.reference_ship.lawnmower.rectangle for scenario in fleet.vessels.values()]
+    assert rectangles == [(10.0, 20.0 + shift, 300.0, 120.0) for shift in (0.0, 30.0, 60.0)]
+
+
+def test_the_whole_survey_of_a_vessel_is_that_of_the_scenario_shifted_by_the_spacing() -> None:
+    changes = {**LIMITS, **MODES["lawnmower"], "mode": "lawnmower"}
+    base = load_scenario("case2_tracking", {f"reference_ship.{name}": value for name, value in changes.items()})
+    fleet = make_fleet(base, 2, spacing=30.0).vessels.values()
+    ships: list[Any] = [make_reference(scenario.reference_ship, 2.0) for scenario in fleet]
+    tables = [ship.constants.table for ship in ships]
+    np.testing.assert_allclose(tables[1].times, tables[0].times, rtol=1e-9)
+    shift = np.zeros_like(tables[0].rows)
+    shift[:, 1] = 30.0
+    np.testing.assert_allclose(tables[1].rows - tables[0].rows, shift, atol=1e-6)
 
 
 @pytest.mark.parametrize("times", [(0.0, 4.0), (0.0,), (2.0, 7.5, 9.0)])

@@ -79,8 +79,8 @@ CASES: dict[str, tuple[Callable[[Connection], Connection], str, tuple[float, ...
     "a moment of a twentieth": (
         scaled(moment=0.05),
         rf"the yaw moment has {NUMBER} times the effect",
-        (17.0,),
-    ),  # the damping takes a part
+        (20.0,),
+    ),
     "a yaw rate to port": (yaw_rates(1.0), rf"has a yaw rate of {NUMBER}: it takes rad/s", (40.0,)),
     "a yaw rate to starboard": (yaw_rates(-1.0), rf"has a yaw rate of {NUMBER}: it takes rad/s", (40.0,)),
     "a course to starboard": (courses(1.0), rf"has values to {NUMBER}: it takes rad", (343.8,)),

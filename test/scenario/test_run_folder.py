@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, write_summary
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, file_name, make_run_folder, write_summary
 
 
 @contextmanager
@@ -63,3 +63,8 @@ def test_the_duration_of_a_run_has_its_fraction_and_all_of_its_days(tmp_path: Pa
     summary = RunFolder(tmp_path).read_summary()
     assert seconds <= summary.pop("duration") < seconds + 0.2
     assert summary == {"started": started.isoformat(), "seed": 3, "exit_code": 2, "failure": "a node was killed", "metrics": 1}
+
+
+@pytest.mark.parametrize(("name", "readable"), [("böot 船", "böot_船"), ("a/b\\c:d*e", "a_b_c_d_e"), ("лодка-4.2", "лодка-4.2")])
+def test_the_name_of_a_file_keeps_the_letters_of_every_script(name: str, readable: str) -> None:
+    assert file_name(name) == readable

@@ -113,7 +113,7 @@ def test_the_resolved_file_has_every_parameter_and_loads_as_the_same_scenario(tm
 
 
 def test_numbers_are_parsed_as_ros_parses_them() -> None:
-    assert read_yaml("[1e5, 1.0e+5, -2E-3, 1, 0x]") == [1e5, 1e5, -0.002, 1, "0x"]
+    assert read_yaml("[1e5, 1.0e+5, -2E-3, 1, 0x, 1_0, 1_0.5, 1:30]") == [1e5, 1e5, -0.002, 1, "0x", "1_0", "1_0.5", "1:30"]
 
 
 def test_a_scenario_that_does_not_choose_a_mode_is_in_lockstep(tmp_path: Path) -> None:

@@ -199,7 +199,7 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
         columns("/cmd_wrench", frame=lambda c: np.array(["map"] * len(c["force"]), dtype=object)),
         "is in 'map', and 'base_link' is accepted",
     ),
-    "command in kN": (columns("/cmd_wrench", force=lambda c: 1e-3 * c["force"]), "1e+03 times the effect of its number"),
+    "command in kN": (columns("/cmd_wrench", force=lambda c: 1e-3 * c["force"]), "e+02 times the effect of its number"),
     "moment of another ship": (columns("/cmd_wrench", moment=lambda c: 30.0 * c["moment"]), "times the effect of its number"),
     "repeated motion": (held_from(0.5), "does the driver repeat its last message?"),
     "corrected positions": (

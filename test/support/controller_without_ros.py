@@ -1,6 +1,7 @@
 """The controller node without ROS: its own code for inputs, periods, clock and commands, with a stub in the place of rclpy."""
 
 import math
+from collections import Counter
 from contextlib import contextmanager
 from types import SimpleNamespace
 from typing import Any
@@ -105,9 +106,11 @@ class ControllerWithoutRos(ControllerNode):
         self.inputs = ControllerInputs(self, self.loop)
         self._steps = self.timer = RealTime(self)
         self._clock_step = RecentProblem()
+        self._unfit = ""
         self._begun, self._zeros, self.stamp = True, LAST_COMMANDS, -1
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self._alarms: dict[Any, Any] = {}
+        self._violations: Counter[Any] = Counter()
         self._known = self.loop.law.known
         self.health = ControlDiagnostics(self.loop, False)
         self._command, self._state = conv.new_wrench(), conv.new_control_state()

@@ -77,8 +77,8 @@ def unchecked_bag(data: bytes) -> bool:
 
 
 def metadata(data: bytes) -> bool:
-    """A bag's metadata.yaml."""
-    made = folder() / "bag"
+    """A bag's metadata.yaml; the file of the bag has the name that the seed gives it."""
+    made = folder() / "described" / "seed"
     if not made.exists():
         write_run(made, 30)
     (made / "metadata.yaml").write_bytes(data)

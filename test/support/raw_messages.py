@@ -89,6 +89,7 @@ class Target(NamedTuple):
     values: Callable[[Any], tuple[float, ...]]
 
 
+HULL = ("length:=4.0", "surge_inertia:=550.0", "sway_inertia:=700.0", "yaw_inertia:=700.0")
 WRENCH = {"cmd_wrench": (WrenchStamped, _wrench)}
 BOUNDS = (f"surge_force_limit:={LIMITS[0]}", f"yaw_moment_limit:={LIMITS[1]}")
 TARGETS = {
@@ -99,6 +100,7 @@ TARGETS = {
             "rate_hz:=50.0",
             "black_box.duration:=0.0",
             "start_enabled:=true",
+            *(f"vessel.{datum}" for datum in HULL),
             *(f"vessel.{bound}" for bound in BOUNDS),
         ),
         {"odom": (Odometry, _odometry), "reference": (ReferenceState, _reference)},

@@ -133,7 +133,7 @@ class Machine:
         # After three samples the time-out has led to the safe action, after one the law still commands.
         samples = 1 if choice & 64 else 3
         settings |= {"safety.jump_samples": samples, "safety.freshness.covariance_limit": 4.0}
-        settings |= {"rate_hz": SECOND / PERIOD, "input_timeout": TIMEOUT}
+        settings |= {"rate_hz": SECOND / PERIOD, "input_timeout": TIMEOUT, "safety.enable_distance": math.inf}
         self.node = ControllerWithoutRos(bool(choice & 16), self.bounded, settings)
         self.node.ros_time = 1000 * SECOND
         self.odometry, self.reference = Source(True, samples), Source(False, samples)

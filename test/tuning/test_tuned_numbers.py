@@ -113,7 +113,8 @@ def test_the_tables_of_the_page_have_every_value_in_its_own_place() -> None:
 
 def test_the_verdict_names_each_cost_and_every_reservation() -> None:
     assert verdict(RESULT) == [
-        "On the runs of the tuning the cost falls, from 1 to 0.5 (factor 0.5).",
+        "On the runs of the tuning the cost falls, from 1 to 0.5 (factor 0.5); position error, rms with the approach: 2 m before,"
+        " 0.625 m after in the mean.",
         "On the held-out runs the cost rises, from 1.125 to 2.25 (factor 2).",
         "The gains are overfitted to the runs of the tuning.",
         "The tuned gains are the best of those without more effort than the present ones; the smallest cost is 0.25, with an"
@@ -121,8 +122,13 @@ def test_the_verdict_names_each_cost_and_every_reservation() -> None:
         "With the tuned gains 1 run fails.",
         "At the edge of its range: yaw_damping. A wider range may give a smaller cost.",
     ]
+    floored = replace(RESULT, tuned=RESULT.tuned._replace(scales=RESULT.tuned.scales * 1e3))
+    assert verdict(floored)[0].startswith("On the runs of the tuning the cost falls, from 1 to 0.5, its floor (factor 0.5);")
     better = replace(RESULT, held_out_tuned=evaluation([0.25], Cost(0.75, 1.0, 0)), best=TRIALS[1])
-    assert verdict(better)[1:] == ["On the held-out runs the cost falls, from 1.125 to 0.75 (factor 0.667)."]
+    assert verdict(better)[1:] == [
+        "On the held-out runs the cost falls, from 1.125 to 0.75 (factor 0.667); position error, rms with the approach: 9.5 m"
+        " before, 0.25 m after."
+    ]
 
 
 def test_of_the_front_the_best_has_no_more_effort_than_the_present_gains() -> None:

@@ -53,9 +53,8 @@ class UnnamedFile:
 
     def append(self, data: bytes) -> None:
         """Add bytes at the end."""
-        self._file.write(data)
-        self._file.flush()
-        self._size += len(data)
+        # Not through a buffer, which would keep what cannot be written, and write it when the file is closed.
+        self._size = _write_at(self._file.fileno(), data, self._size)
 
     @property
     def content(self) -> FileRange:
@@ -84,6 +83,8 @@ Part = bytes | FileRange
 class CrashSafeFile:
     """A new MCAP file that grows by complete records.
 
+    After a method has failed the file on the disk is valid, but its further layout is unknown: nothing but `abandon` is allowed.
+
     Args:
         path: The file, which must not exist.
         start: Its first bytes.
@@ -92,7 +93,7 @@ class CrashSafeFile:
         end: Offset at which the next record will lie.
 
     Raises:
-        OSError: from every method, when the operating system refuses to write.
+        OSError: from every method, when the operating system refuses to write. A file that cannot be begun is removed.
     """
 
     def __init__(self, path: Path, start: bytes) -> None:
@@ -102,8 +103,14 @@ class CrashSafeFile:
         self.end = len(start)
         self._slots = self._slot_size = self._trailer = 0
         self._summary: tuple[int, int] | None = None
-        self._write([start], 0)
-        self._extend(0, 0)
+        try:
+            self._write([start], 0)
+            self._extend(0, 0)
+        except OSError:
+            self.abandon()
+            with suppress(OSError):
+                path.unlink()  # without an end it is no MCAP file, and would make the bag unreadable
+            raise
 
     def append(self, parts: Sequence[bytes]) -> None:
         """Add complete records after the present ones; the first part begins with a record's header."""
@@ -139,7 +146,15 @@ class CrashSafeFile:
             self._write([ending[:HEADER]], self.end)
             os.ftruncate(self._fd, self.end + len(ending))
         finally:
-            os.close(self._fd)
+            self.abandon()
+
+    def abandon(self) -> None:
+        """Leave the file as it is, and release its descriptor, if that has not been done."""
+        # The number is forgotten first: the operating system gives it to the next file that is opened.
+        fd, self._fd = self._fd, -1
+        if fd >= 0:
+            with suppress(OSError):  # it is released all the same
+                os.close(fd)
 
     def _extend(self, data_size: int, summary_size: int) -> None:
         """Enlarge reserve and slots behind the present trailer; the summary moves along."""

@@ -9,6 +9,7 @@ import re
 import shutil
 import struct
 import tempfile
+import warnings
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,7 +30,7 @@ from vessel_hsmc_ros.bags.mcap_layout import (
     message_offsets,
 )
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.exceptions import BagError, BagWarning, NoBagError
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
@@ -174,13 +175,14 @@ class BagFiles:
     Attributes:
         information: The content of metadata.yaml; empty for a bare file.
         contents: What each file contains, in order.
+        missing: Names of further files that metadata.yaml has, and the folder has not.
 
     Raises:
         BagError: the path is not a bag, or is a bag of a kind that this package does not read.
     """
 
     def __init__(self, path: Path) -> None:
-        files = bag_files(path)
+        files, self.missing, _ = bag_files(path)
         self.information = bag_information(path) if path.is_dir() else {}
         self._compressed_messages = messages_are_compressed(path, self.information)
         if any(file.suffix == SUFFIX for file in files):
@@ -250,9 +252,9 @@ def bag_path(path: Path) -> Path:
         BagError: there is neither.
     """
     if not path.exists():
-        raise BagError(f"bag {path} does not exist")
+        raise NoBagError(f"bag {path} does not exist")
     folder = RunFolder(path)
-    if not path.is_dir() or (path / METADATA).is_file() or next(path.glob("*.mcap*"), None):
+    if not path.is_dir() or (path / METADATA).is_file() or _visible(path, ".mcap*"):
         return path
     if folder.bag.is_dir():
         return folder.bag
@@ -264,10 +266,28 @@ def bag_path(path: Path) -> Path:
     raise BagError(f"{path} is not a bag: it holds no MCAP file, but {names}")
 
 
-def bag_files(path: Path, strict: bool = True) -> list[Path]:
-    """The MCAP files of a bag: a folder with or without its metadata.yaml, or a single file.
+class FoundFiles(NamedTuple):
+    """The files of a bag in order, the names of those that are missing, and those in its folder that are not of the bag."""
 
-    An empty file among others is left out: its recorder was killed when it had only begun the file.
+    present: list[Path]
+    missing: tuple[str, ...] = ()
+    strays: tuple[str, ...] = ()
+
+    @property
+    def difference(self) -> str:
+        """How the folder and its metadata.yaml differ; empty if they do not."""
+        verb = "is" if len(self.missing) == 1 else "are"
+        parts = [f"metadata.yaml names {', '.join(self.missing)}, which {verb} missing"] if self.missing else []
+        left_out = "left out (without metadata.yaml all files count)"
+        parts += [f"metadata.yaml does not name {', '.join(self.strays)}: {left_out}"] if self.strays else []
+        return "; ".join(parts)
+
+
+def bag_files(path: Path, strict: bool = True) -> FoundFiles:
+    """The MCAP files of a bag: those that its metadata.yaml names, without one all in its folder; or a single file.
+
+    Hidden files are none of a bag: macOS leaves such on foreign disks. An empty file among others is left out: its recorder was
+    killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml.
 
     Args:
         path: The folder or file.
@@ -277,17 +297,50 @@ def bag_files(path: Path, strict: bool = True) -> list[Path]:
         BagError: there are no such files, or the bag is of a kind that this package does not read.
     """
     if path.is_file():
-        return [path]
+        return FoundFiles([path])
     if not path.is_dir():
-        raise BagError(f"bag {path} does not exist")
-    bag_information(path, strict)
-    plain = list(path.glob("*.mcap"))
-    # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.
-    packed = [file for file in path.glob(f"*.mcap{SUFFIX}") if file.with_suffix("") not in plain]
-    files = sorted((file for file in plain + packed if file.is_file()), key=_number)  # a pipe would be waited for
-    if not files:
+        raise NoBagError(f"bag {path} does not exist")
+    found = _found(path, _named(bag_information(path, strict)))
+    if not found.present:
+        if found.strays:
+            raise BagError(f"bag {path}: {found.difference}")
         raise BagError(f"{path} is not a bag: it holds no MCAP file")
-    return [file for file in files if file.stat().st_size] or files[:1]
+    if found.difference:
+        warnings.warn(f"bag {path}: {found.difference}", BagWarning, stacklevel=2)
+    return found._replace(present=[file for file in found.present if file.stat().st_size] or found.present[:1])
+
+
+def _found(path: Path, named: list[str]) -> FoundFiles:
+    """The files in a folder by the names in its metadata.yaml, if there are any.
+
+    Raises:
+        BagError: there are no names, and files of several bags.
+    """
+    plain = [file for file in _visible(path, ".mcap") if file.is_file()]  # a pipe would be waited for
+    # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.
+    packed = [file for file in _visible(path, f".mcap{SUFFIX}") if file.is_file() and file.with_suffix("") not in plain]
+    there = {file.name.removesuffix(SUFFIX): file for file in sorted(plain + packed, key=_number)}
+    if not named:
+        stems = {_NUMBERED.sub("", file.name): file for file in reversed(there.values())}
+        if len(stems) > 1:
+            raise BagError(
+                f"{path} holds files of {len(stems)} bags, and no metadata.yaml: choose one, such as {min(stems.values())}"
+            )
+        return FoundFiles([*there.values()])
+    names = list(dict.fromkeys(name.removesuffix(SUFFIX) for name in named))
+    chosen = [there[name] for name in names if name in there]
+    missing = tuple(name for name in names if name not in there)
+    return FoundFiles(chosen, missing, tuple(file.name for name, file in there.items() if name not in names))
+
+
+def _named(information: Mapping[str, Any]) -> list[str]:
+    """The names of files in a metadata.yaml: former versions of rosbag2 wrote them with the folder."""
+    listed = information.get("relative_file_paths")
+    return [Path(each).name for each in listed if isinstance(each, str)] if isinstance(listed, list) else []
+
+
+def _visible(folder: Path, suffix: str) -> list[Path]:
+    return [file for file in folder.glob(f"*{suffix}") if not file.name.startswith(".")]
 
 
 def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
@@ -306,7 +359,7 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     try:
         document = read_plain_yaml(read_text(path))
         information: dict[str, Any] = document["rosbag2_bagfile_information"]
-        version, storage = int(information["version"]), str(information["storage_identifier"])
+        version, storage = int(information["version"]), str(information["storage_identifier"] or "")
         dict(information.get("custom_data") or {})
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if not strict:
@@ -314,7 +367,7 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
         raise BagError(f"{path} cannot be read as a bag's metadata: {_line(error)}") from None
     if version > VERSION:
         raise BagError(f"{path} has version {version}, which is newer than {VERSION}, the last that this package reads")
-    if storage != "mcap":
+    if storage not in ("mcap", ""):  # rosbag2 leaves it empty when it indexes MCAP files anew
         raise BagError(f"bag {directory} is stored as {storage}: only mcap is read; `ros2 bag convert` makes it one")
     return information
 

@@ -116,6 +116,8 @@ _COMPRESSORS = {"none": bytes, "lz4": lz4.frame.compress, "zstd": zstandard.Zstd
 class McapFile:
     """Writes schemas, channels, messages, attachments and metadata into one new file.
 
+    After a method has failed, nothing but `abandon` is allowed.
+
     Args:
         path: The file, which must not exist.
         compression: Of the chunks: none, lz4 or zstd.
@@ -127,12 +129,16 @@ class McapFile:
     def __init__(self, path: Path, compression: str) -> None:
         self.contents = Contents(path, profile="ros2")
         self._compression = compression
-        self._file = CrashSafeFile(path, MAGIC + record_bytes(Header("ros2", "vessel_hsmc_ros")))
+        self._chunk_index, self._chunks = UnnamedFile(path.parent), 0
+        try:
+            self._file = CrashSafeFile(path, MAGIC + record_bytes(Header("ros2", "vessel_hsmc_ros")))
+        except OSError:
+            self._chunk_index.close()
+            raise
         self.contents.end = self._file.end
         self._chunk: list[bytes] = []
         self._chunk_size = 0
         self._entries: dict[int, list[int]] = {}  # by channel: log time and offset of each message, in turns
-        self._chunk_index, self._chunks = UnnamedFile(path.parent), 0
         self._summary_bytes = 0
         self._summarised: tuple[int, ...] = ()
         self._definitions = b""
@@ -232,6 +238,11 @@ class McapFile:
         self._end_chunk()
         self._write_pending()
         self._file.close(ending(self.contents, b"".join(self._chunk_index.content.pieces()), self._chunks))
+        self._chunk_index.close()
+
+    def abandon(self) -> None:
+        """Leave the file as it is on the disk, and release its descriptors."""
+        self._file.abandon()
         self._chunk_index.close()
 
     def _summarise(self) -> bytes:

@@ -18,26 +18,25 @@ networks' weights or covariances are read only when they are used themselves.
 
 import heapq
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
-from mcap.records import Channel
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path, offered_qos
-from vessel_hsmc_ros.bags.mcap_contents import Contents
+from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
 from vessel_hsmc_ros.bags.recorded_scenario import former_names_accepted, recorded_parameters, recorded_scenario
-from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
+from vessel_hsmc_ros.bags.topic_columns import Series, load_columns, topics_of
+from vessel_hsmc_ros.bags.vessel_topics import VesselTopics
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
-from vessel_hsmc_ros.messages.topics import EVENTS, RELAYED
+from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters import in_present_names
@@ -117,13 +116,17 @@ def last_diagnostics(messages: Iterable[Any], prefix: str) -> dict[str, dict[str
 __all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
 
 
-def open_bag(path: Path | str) -> "Bag":
+def open_bag(path: Path | str, odometry: str = "", wrench: str = "") -> "Bag":
     """Open a bag: a rosbag2 folder of MCAP files, one such file, or a run folder with a bag.
 
+    Args:
+        path: The bag.
+        odometry, wrench: Topics of the odometry and of the wrench on the hull, where they are not found by name or type.
+
     Raises:
-        BagError: the path is not a bag, or is a bag of a kind that this package does not read.
+        BagError: the path is not a bag, or is a bag of a kind that this package does not read, or has no such topic.
     """
-    return Bag(bag_path(Path(path)))
+    return Bag(bag_path(Path(path)), {"odom": odometry, "applied_wrench": wrench})
 
 
 class Bag:
@@ -132,17 +135,17 @@ class Bag:
     Attributes:
         path: The folder or file.
         files: The contents of each of its files.
+        missing: Names of files that metadata.yaml has, and the folder has not.
         topics: Its topics by their full names.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, given: Mapping[str, str] | None = None) -> None:
         self.path = path
         self._source = BagFiles(path)
-        self.files: list[Contents] = self._source.contents
-        self.topics: dict[str, Series] = {}
-        for contents in self.files:
-            for channel in contents.channels.values():
-                self._add(contents, channel)
+        self.files = self._source.contents
+        self.missing = self._source.missing
+        self.topics: dict[str, Series] = topics_of(self._source)
+        self._vessels = VesselTopics(path, self.topics, {own: name for own, name in (given or {}).items() if name})
 
     def __getitem__(self, name: str) -> Series:
         """A topic by its full name, or by the end of its name if only one topic ends so.
@@ -163,8 +166,8 @@ class Bag:
 
     @property
     def complete(self) -> bool:
-        """Whether every file was closed. A file that was cut off is read up to where it breaks off."""
-        return all(contents.complete for contents in self.files)
+        """Whether every file is there and was closed. A file that was cut off is read up to where it breaks off."""
+        return all(contents.complete for contents in self.files) and not self.missing
 
     @property
     def count(self) -> int:
@@ -220,22 +223,15 @@ class Bag:
     @property
     def namespaces(self) -> list[str]:
         """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        names = [name.removesuffix("odom") for name in self.topics if name.endswith("/odom")]
-        return [name for name in names if not name.endswith(f"/{RELAYED}")]
+        return self._vessels.namespaces
 
     def namespace(self, wanted: str | None = None) -> str:
-        """The given namespace if it holds a vessel, or the only one that does, with its slashes.
+        """The given namespace if it holds a vessel, or the only one that does, with its slashes; as `VesselTopics.namespace`.
 
         Raises:
             BagError: there is no such vessel, or there are several to choose from.
         """
-        found = [name for name in self.namespaces if wanted is None or name.strip("/") == wanted.strip("/")]
-        if not found:
-            where = "" if wanted is None else f" in namespace /{wanted.strip('/')}"
-            raise BagError(f"bag {self.path} has no odometry{where}: its topics are {', '.join(self.topics) or 'none'}")
-        if len(found) > 1:
-            raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
-        return found[0]
+        return self._vessels.namespace(wanted)
 
     def scenario(
         self,
@@ -271,11 +267,11 @@ class Bag:
         The arguments and exceptions are those of `diagnostics`.
         """
         prefix = self.namespace(namespace)
-        if not self.topics.get(prefix + EVENTS):
+        events, odometry = self.find(prefix, EVENTS), self.find(prefix, "odom")
+        if events is None:
             return []
-        odometry = self.topics[f"{prefix}odom"]
-        start = int(odometry.stamp.min()) if len(odometry) else self.start_time
-        return read_events((message for _, _, message in self.messages(prefix + EVENTS)), start)
+        start = int(odometry.stamp.min()) if odometry is not None else self.start_time
+        return read_events((message for _, _, message in self.messages(events.name)), start)
 
     def diagnostics(self, namespace: str | None = None) -> dict[str, dict[str, str]]:
         """The last diagnostics of each node of one vessel: values by name, `message` among them.
@@ -287,13 +283,21 @@ class Bag:
             BagError: there is no such vessel, or there are several to choose from.
         """
         prefix = self.namespace(namespace)
-        messages = self.messages("/diagnostics") if "/diagnostics" in self.topics else ()
+        messages = self.messages("/diagnostics") if self.readable("/diagnostics") else ()
         return last_diagnostics((message for _, _, message in messages), prefix)
+
+    def readable(self, name: str) -> bool:
+        """Whether a topic, by its full name, has messages that can be decoded."""
+        return self._vessels.readable(name)
+
+    def find(self, prefix: str, own: str) -> Series | None:
+        """The topic of a vessel by this package's name for it, as `VesselTopics.find`."""
+        return self._vessels.find(prefix, own)
 
     # -- messages -----------------------------------------------------------------------------------------------------
 
     def run(self, vessel: Vessel | None = None, namespace: str | None = None, weights: bool = True) -> Run:
-        """The arrays of one vessel's run.
+        """The arrays of one vessel's run: of a bag of another recorder or of a real boat, what it has; the rest is NaN.
 
         Args:
             vessel: The plant's coefficients, which convert the recorded disturbance from forces to accelerations; those of the
@@ -302,13 +306,13 @@ class Bag:
             weights: Whether `control` includes the networks' weights, which are most of a bag's bytes.
 
         Raises:
-            BagError: the bag lacks a topic that every run has.
-            ScenarioError: the vessel is not given and the bag has no scenario.
+            BagError: there is no odometry of the vessel.
         """
         prefix = self.namespace(namespace)
-        vessel = vessel or self.scenario(any_law=True, namespace=prefix).vessel_sim.vessel.coefficients()
-        topics = self._of_vessel(prefix, *run_from_bag.NEEDED)
-        return run_from_bag.run(topics, vessel, weights, self.twist_frame(prefix))
+        if vessel is None:
+            with suppress(ScenarioError):  # of a real boat
+                vessel = self.scenario(any_law=True, namespace=prefix).vessel_sim.vessel.coefficients()
+        return self._run(self._of_vessel(prefix), vessel, weights, prefix)
 
     def record(self, prefix: str, vessel: Vessel | None) -> VesselRecord:
         """All that a report takes of one vessel, without the networks' weights; of another recorder's bag, what it has.
@@ -320,34 +324,38 @@ class Bag:
         Raises:
             BagError: there is no odometry of the vessel.
         """
-        topics = self._of_vessel(prefix, "odom")
+        topics = self._of_vessel(prefix)
+        run, start = self._run(topics, vessel, False, prefix), int(topics["odom"].stamp.min())
         if vessel and all(name in topics for name in run_from_bag.NEEDED):
-            run = run_from_bag.run(topics, vessel, False, self.twist_frame(prefix))
             start = run_from_bag.first_row(topics)
-        else:
-            run, start = run_from_bag.partial_run(topics, self.twist_frame(prefix)), int(topics["odom"].stamp.min())
         return VesselRecord(topics, run, start, self.events(prefix))
 
-    def _of_vessel(self, prefix: str, *needed: str) -> dict[str, Series]:
+    def _run(self, topics: run_from_bag.Topics, vessel: Vessel | None, weights: bool, prefix: str) -> Run:
+        if vessel and all(name in topics for name in run_from_bag.NEEDED):
+            return run_from_bag.run(topics, vessel, weights, self.twist_frame(prefix))
+        return run_from_bag.partial_run(topics, self.twist_frame(prefix))
+
+    def _of_vessel(self, prefix: str) -> dict[str, Series]:
         """The topics of a vessel that have messages, with their narrow columns.
 
         Raises:
-            BagError: one of those that are needed is not among them.
+            BagError: there is no odometry among them.
         """
-        names = [name for name in run_from_bag.TOPICS if self.topics.get(prefix + name)]
-        for name in needed:
-            if name not in names:
-                raise BagError(f"bag {self.path} has no message on {prefix}{name}")
-        self.load(*(prefix + name for name in names))
-        return {name: self.topics[prefix + name] for name in names}
+        found = {name: series for name in run_from_bag.TOPICS if (series := self.find(prefix, name)) is not None}
+        if "odom" not in found:
+            reason = f" to decode: it {series.undecodable}" if (series := self.topics.get(f"{prefix}odom")) else ""
+            raise BagError(f"bag {self.path} has no message on {prefix}odom{reason}")
+        load_columns(found.values())
+        return found
 
     def load(self, *names: str) -> None:
-        """Read the narrow columns of several topics, of all if none is given, in one pass over the bag."""
-        load_columns([self[name] for name in names] if names else self.topics.values())
+        """Read the narrow columns of several topics, of all that can be decoded if none is given, in one pass over the bag."""
+        load_columns([self[name] for name in names or self.topics if names or not self.topics[name].undecodable])
 
     def messages(self, *names: str) -> Iterator[tuple[str, int, Any]]:
-        """Topic, log time and deserialised message, in the recorded order; all topics if none is given."""
-        for raw in self.raw_messages(*names):
+        """Topic, log time and deserialised message, in the recorded order; all topics that can be decoded if none is given."""
+        chosen = names or [name for name in self.topics if self.readable(name)]
+        for raw in self.raw_messages(*chosen) if chosen else ():
             yield raw.topic, raw.log_time, self.topics[raw.topic].deserialize(raw.data)
 
     def raw_messages(self, *names: str) -> Iterator[RawMessage]:
@@ -360,17 +368,6 @@ class Bag:
         A message that was recorded more than NEIGHBOURS messages late stays out of order.
         """
         return by_log_time(self.raw_messages(*names))
-
-    def _add(self, contents: Contents, channel: Channel) -> None:
-        schema = contents.schemas.get(channel.schema_id)
-        if channel.message_encoding != "cdr" or schema is None or schema.encoding != "ros2msg":
-            raise BagError(f"{contents.path}: {channel.topic} is not a ROS 2 topic, cdr with a ros2msg schema")
-        if channel.topic not in self.topics:
-            qos = offered_qos(channel)
-            type_hash = channel.metadata.get("topic_type_hash", "")
-            series = Series(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos, self._source)
-            self.topics[channel.topic] = series
-        self.topics[channel.topic].count += contents.counts[channel.id]
 
 
 NEIGHBOURS = 4096

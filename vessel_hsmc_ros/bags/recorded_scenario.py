@@ -72,7 +72,9 @@ def recorded_scenario(
         return _with_any_law(text, name, namespace) if any_law else parse_scenario(text, name, changes, namespace=namespace)
     beside = bag.absolute().parent / "params.yaml"
     if not beside.is_file():
-        raise ScenarioError(f"bag {bag} was recorded without its scenario, and {beside} does not exist")
+        raise ScenarioError(
+            f"bag {bag} was recorded without its scenario, and {beside} does not exist: recorder.scenario_file stores it"
+        )
     text = scenario_text(beside)
     return parse_scenario(text, beside.stem, changes, f"scenario file {beside}", beside.parent, namespace)
 

@@ -41,7 +41,8 @@ def is_complete(directory: Path) -> bool:
     Raises:
         BagError: the folder holds no bag.
     """
-    found = [read_contents(file) for file in bag_files(directory, strict=False)]
+    files = bag_files(directory, strict=False)
+    found = [read_contents(file) for file in files.present]
     return all(c.complete for c in found) and _metadata_matches(directory, found)
 
 
@@ -51,7 +52,7 @@ def repair(directory: Path) -> Repair:
     Raises:
         BagError: the folder holds no bag, a file of it has nothing readable, or it is being recorded.
     """
-    files = bag_files(directory, strict=False)
+    files, missing, _ = bag_files(directory, strict=False)
     for file in files:
         if is_being_written(file):
             raise BagError(f"{file} is being recorded: end the recorder before the repair")
@@ -68,7 +69,7 @@ def repair(directory: Path) -> Repair:
     damaged = sum(len(contents.damaged) for contents in found)
     undescribed = repaired > 0 or not _metadata_matches(directory, found)
     if undescribed:
-        _write_metadata(directory, found)
+        _write_metadata(directory, found, missing)
     return Repair(sum(c.counts.total() for c in found), repaired, cut, damaged, undescribed)
 
 
@@ -108,19 +109,18 @@ def _complete(contents: Contents) -> None:
         raise BagError(f"{contents.path} cannot be repaired: {error.strerror}") from None
 
 
-def _write_metadata(directory: Path, files: Sequence[Contents]) -> None:
-    """Write metadata.yaml: topics in the order of their first appearance, counts over all files."""
+def _write_metadata(directory: Path, files: Sequence[Contents], missing: Sequence[str]) -> None:
+    """Write metadata.yaml: topics in the order of their first appearance, counts over all files, and which files are missing."""
     topics: dict[str, Topic] = {}
     entries = []
     before = bag_information(directory, strict=False)
     notes: dict[str, str] = {}
     for contents in files:
         for channel in contents.channels.values():
-            if (schema := contents.schemas.get(channel.schema_id)) is None:
-                raise BagError(f"{contents.path} cannot be described: {channel.topic} has no schema")
-            qos = offered_qos(channel)
-            type_hash = channel.metadata.get("topic_type_hash", "")
-            new = Topic(channel.topic, schema.name, schema.data.decode(errors="replace"), type_hash, qos)
+            schema = contents.schemas.get(channel.schema_id)
+            kind, text = (schema.name, schema.data.decode(errors="replace")) if schema else ("", "")
+            qos, type_hash = offered_qos(channel), channel.metadata.get("topic_type_hash", "")
+            new = Topic(channel.topic, kind, text, type_hash, qos, channel.message_encoding)
             topics.setdefault(channel.topic, new).count += contents.counts[channel.id]
         entries.append(FileEntry(contents.path.name, contents.start_time, contents.end_time, contents.counts.total()))
         for _, _, record in contents.metadata:
@@ -128,6 +128,7 @@ def _write_metadata(directory: Path, files: Sequence[Contents]) -> None:
                 notes |= record.metadata
     # The notes in a file are those of its beginning or its end; metadata.yaml is brought up to date in between.
     notes |= before.get("custom_data") or {}
+    notes |= {"missing_files": ", ".join(missing)} if missing else {}
     information = metadata(list(topics.values()), entries, notes | {"recovered": "true"})
     # How rosbag2 compressed each message is written nowhere else.
     kept = {key: before[key] for key in ("compression_format", "compression_mode") if key in before}

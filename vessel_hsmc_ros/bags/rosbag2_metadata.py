@@ -26,6 +26,7 @@ class Topic:
         definition: The type's text in the form ros2msg with all types that it uses.
         type_hash: RIHS01 hash of the type.
         qos: The profiles that its publishers offered, as `qos_entry` gives them.
+        encoding: Of its messages.
         count: Number of messages so far.
         channel: Id of its channel in the current file.
     """
@@ -35,6 +36,7 @@ class Topic:
     definition: str
     type_hash: str
     qos: list[dict[str, Any]]
+    encoding: str = "cdr"
     count: int = field(default=0, init=False)
     channel: int = field(default=0, init=False)
 
@@ -122,7 +124,7 @@ def _topic_metadata(topic: Topic) -> dict[str, Any]:
     return {
         "name": topic.name,
         "type": topic.kind,
-        "serialization_format": "cdr",
+        "serialization_format": topic.encoding,
         "offered_qos_profiles": topic.qos,
         "type_description_hash": topic.type_hash,
     }

@@ -1,15 +1,16 @@
 """The messages of a bag's topics as columns, read from its files when they are first used."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags.cdr_columns import joined
-from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets
+from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets, offered_qos
 from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, MESSAGE_HEADER_TYPE
 from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.core.exceptions import BagError
@@ -29,11 +30,13 @@ class Series:
 
     Attributes:
         name: The topic, with its leading slash.
-        type: Such as `nav_msgs/msg/Odometry`.
-        definition: The type's text in the form ros2msg.
+        type: Such as `nav_msgs/msg/Odometry`; empty for messages without a type.
+        definition: The type's text in the form ros2msg; empty if the bag does not contain it in this form.
         type_hash: RIHS01 hash of the type; empty if the bag does not contain it.
         qos: The profiles that its publishers offered.
         count: Number of messages.
+        encoding: Of the messages: cdr, that of ROS 2, or another one such as json.
+        others: What else than messages of this type and encoding the topic has; empty for nothing.
     """
 
     name: str
@@ -43,6 +46,8 @@ class Series:
     qos: list[dict[str, Any]]
     files: BagFiles = field(repr=False)
     count: int = 0
+    encoding: str = "cdr"
+    others: str = ""
     _columns: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
     _order: Array | None = field(default=None, init=False, repr=False)  # of log times; None if they were in order
 
@@ -58,6 +63,21 @@ class Series:
                 raise BagError(f"{self.name} has no field {name}: it takes one of {', '.join(self.fields)}")
             load_columns([self], (name,))
         return self._columns[name]
+
+    @cached_property
+    def undecodable(self) -> str:
+        """Why the messages of this topic cannot be decoded; empty if they can be."""
+        if self.others:
+            return f"has messages of several types: {self.type or 'no type'} in {self.encoding} and {self.others}"
+        if self.encoding != "cdr":
+            return f"has messages in {self.encoding or 'an unnamed encoding'}, not in CDR"
+        if not self.definition:
+            return f"has no definition of its type {self.type} as ros2msg" if self.type else "has messages without a type"
+        try:
+            self._decoder.fields  # noqa: B018 - reads the definition
+        except BagError as error:
+            return f"has a definition that cannot be read: {error}"
+        return ""
 
     @property
     def fields(self) -> tuple[str, ...]:
@@ -86,6 +106,14 @@ class Series:
             if f"{name}.sec" in self.fields:
                 return self[f"{name}.sec"].astype(np.int64) * NANOSECONDS + self[f"{name}.nanosec"]
         return self.log_time
+
+    def as_recorded(self, column: Array) -> Array:
+        """A column in the order of the files instead of that of the log times."""
+        if self._order is None:
+            return column
+        found = np.empty_like(column)
+        found[self._order] = column
+        return found
 
     def stack(self, *names: str) -> Array:
         """Several columns of numbers side by side, (n, k)."""
@@ -127,7 +155,46 @@ class Series:
 
     @cached_property
     def _decoder(self) -> MessageDecoder:
+        if self.others or self.encoding != "cdr" or not self.definition:
+            raise BagError(f"{self.name} cannot be decoded: it {self.undecodable}")
         return MessageDecoder(self.name, self.type, self.definition)
+
+
+class _Channel(NamedTuple):
+    """A channel of one file: name of its type and encoding of its messages, and what else is known of it."""
+
+    kind: tuple[str, str]
+    definition: str
+    type_hash: str
+    qos: list[dict[str, Any]]
+    messages: int
+
+
+def topics_of(files: BagFiles) -> dict[str, Series]:
+    """The topics of a bag by their full names; those of other programs than ROS 2 too, whose messages are only passed on."""
+    found: dict[str, list[_Channel]] = {}
+    for contents in files.contents:
+        for channel in contents.channels.values():
+            schema = contents.schemas.get(channel.schema_id)
+            known = schema is not None and schema.encoding == "ros2msg"
+            text = schema.data.decode(errors="replace") if schema and known else ""
+            kind, type_hash = schema.name if schema else "", channel.metadata.get("topic_type_hash", "")
+            made = _Channel((kind, channel.message_encoding), text, type_hash, offered_qos(channel), contents.counts[channel.id])
+            found.setdefault(channel.topic, []).append(made)
+    return {name: _series(name, channels, files) for name, channels in found.items()}
+
+
+def _series(name: str, channels: Sequence[_Channel], files: BagFiles) -> Series:
+    """A topic of one or several channels: of those of several types, the type with the most messages."""
+    counts: Counter[tuple[str, str]] = Counter()
+    for channel in channels:
+        counts[channel.kind] += channel.messages
+    (kind, encoding), _ = counts.most_common(1)[0]
+    alike = [channel for channel in channels if channel.kind == (kind, encoding)]
+    definition = next((channel.definition for channel in alike if channel.definition), "")
+    others = [f"{found[0] or 'no type'} in {found[1]} ({n})" for found, n in counts.items() if n and found != (kind, encoding)]
+    first = alike[0]
+    return Series(name, kind, definition, first.type_hash, first.qos, files, counts.total(), encoding, ", ".join(others))
 
 
 def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:

@@ -1,7 +1,7 @@
 """Writes bags in the format of rosbag2: a folder of MCAP files with metadata.yaml. Needs no ROS installation."""
 
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,7 +35,8 @@ class Splitting:
 class BagWriter:
     """A rosbag2 directory being written: `<name>/<name>_0.mcap`, `_1` and so on, and `<name>/metadata.yaml`.
 
-    Every method raises a BagError when it cannot write, for instance because the disk is full.
+    Every method raises a BagError when it cannot write, for instance because the disk is full. From then on the bag remains as it
+    is on the disk, and every method raises the same error: what is missing is not reported as recorded. A bag is closed once.
 
     Args:
         directory: The bag's folder, which is created.
@@ -68,6 +69,8 @@ class BagWriter:
         self._attachments: dict[str, str] = {}
         self._finished: list[FileEntry] = []
         self._split_after = -1
+        self._ended: BagError | None = None  # why nothing more can be written
+        self._abandon: Callable[[], None] = lambda: None
         try:
             directory.mkdir(parents=True)
         except OSError as error:
@@ -76,11 +79,13 @@ class BagWriter:
             self._begin_file()
             self._write_metadata()
         except OSError as error:
+            failure = self._failed(error)
             rmtree(directory, ignore_errors=True)  # it is our own
-            raise self._bag_error(error) from None
+            raise failure from None
 
     def add_topic(self, topic: Topic) -> None:
         """Open a channel for a topic; metadata.yaml has it from the next flush on."""
+        self._require_open()
         self._open_channel(topic)
         self._topics.append(topic)
         self._described = False
@@ -102,6 +107,8 @@ class BagWriter:
             log_time: Time of its receipt, ns.
             publish_time: Time of its publication, ns.
         """
+        if self._ended:
+            raise self._ended
         try:  # not `_bag_errors`: a context manager costs time for every message
             if self._splitting.duration and self._split_after < 0:
                 self._begin_duration(log_time)
@@ -111,7 +118,7 @@ class BagWriter:
                 self._begin_duration(log_time)
             self._file.add_message(topic.channel, log_time, data, publish_time)
         except OSError as error:
-            raise self._bag_error(error) from None
+            raise self._failed(error) from None
         topic.count += 1
         self.message_count += 1
 
@@ -125,6 +132,7 @@ class BagWriter:
     def flush_metadata(self) -> None:
         """Bring metadata.yaml up to date, for readers of the bag of a recorder that was killed."""
         with self._bag_errors():
+            self._file.commit()  # first: where the disk is full, the messages so far are worth more
             self._write_metadata()
 
     def close(self) -> None:
@@ -132,12 +140,14 @@ class BagWriter:
         with self._bag_errors():
             self._finish_file(last=True)
             self._write_metadata()
+        self._ended = BagError(f"bag {self.directory} is closed: nothing can be added to it")
 
     # -- files --------------------------------------------------------------------------------------------------------
 
     def _begin_file(self) -> None:
         name = f"{self.directory.name}_{len(self._finished)}.mcap"
         self._file = McapFile(self.directory / name, self._compression)
+        self._abandon = self._file.abandon
         for topic in self._topics:
             self._open_channel(topic)
         # In every file, so that a file can be interpreted without its neighbours.
@@ -190,11 +200,20 @@ class BagWriter:
 
     @contextmanager
     def _bag_errors(self) -> Iterator[None]:
-        """Turn the operating system's errors into BagErrors."""
+        """Turn the operating system's errors into BagErrors, the last of the bag."""
+        self._require_open()
         try:
             yield
         except OSError as error:
-            raise self._bag_error(error) from None
+            raise self._failed(error) from None
 
-    def _bag_error(self, error: OSError) -> BagError:
-        return BagError(f"bag {self.directory} cannot be written: {error.strerror}")
+    def _require_open(self) -> None:
+        """Raise the BagError that has ended the bag, if there is one."""
+        if self._ended:
+            raise self._ended
+
+    def _failed(self, error: OSError) -> BagError:
+        """End the bag by an error of the operating system; its last file remains readable as it is on the disk."""
+        self._abandon()
+        self._ended = BagError(f"bag {self.directory} cannot be written: {error.strerror}")
+        return self._ended

@@ -5,6 +5,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import load_checked, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.messages.mavlink import Pulses
 from vessel_hsmc_ros.runs.ardupilot import PORT, Physics, Wiring, serve
 
@@ -35,7 +36,7 @@ def ardupilot(scenario: str, changes: tuple[str, ...], servos: str, pulses: str,
 
 def _numbers(text: str, option: str) -> list[float]:
     try:
-        found = [float(part) for part in text.split(",")]
+        found = [number_of(part) for part in text.split(",")]
     except ValueError:
         found = []
     if not found or min(found) < 1.0:

@@ -1,6 +1,7 @@
 """`vessel-hsmc campaign`: thousands of runs of a scenario with drawn parameters, and `campaign report`: what they show."""
 
 import datetime
+import shlex
 import time
 from collections import deque
 from collections.abc import Callable
@@ -75,7 +76,7 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
     with progress_bar(title, plan.runs, "runs") as update:
         run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, seed=seed, on_progress=Pace(title, update))
     print_line(f"{plan.runs} runs: {folder}")
-    print_line(f"for a page with failures and quantiles: vessel-hsmc campaign report {folder}")
+    print_line(f"for a page with failures and quantiles: vessel-hsmc campaign report {shlex.quote(str(folder))}")
 
 
 class Pace:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 LEVEL_LABELS = {OK: "[green]OK   [/]", "todo": "[yellow]TO DO[/]", WRONG: "[red]WRONG[/]"}
 
 WARNING = (
-    "The boat will move: {force:g} N for 2 s, then {moment:g} N·m for 2 s. Is it clear of people and obstacles, with the hardware"
-    " stop within reach?"
+    "The boat will move: {ahead:g} {units[0]} for 2 s, then {turn:g} {units[1]} for 2 s. Is it clear of people and obstacles,"
+    " with the hardware stop within reach?"
 )
 
 
@@ -32,7 +32,11 @@ WARNING = (
 @click.argument("bag", required=False, type=click.Path(path_type=Path))
 @click.option("--interface", "stack", metavar="STACK", help="The stack whose names and forms count where no node runs.")
 @click.option("--seconds", type=click.FloatRange(1.0, 600.0), default=8.0, show_default=True, help="Time to listen.")
-@click.option("--pulse", metavar="N,N·m", help="Also command a short force and moment, and see what they do; nothing else may.")
+@click.option(
+    "--pulse",
+    metavar="N,N·m",
+    help="Also command a short force and moment, or m/s,rad/s with drive.form cmd_vel, and see what they do; nothing else may.",
+)
 @click.option("--yes", is_flag=True, help="Do not wait for a confirmation of the pulse.")
 @json_option
 @vessel_option
@@ -56,9 +60,7 @@ def check(
     if bag is not None:
         refuse_without("running nodes, not with a bag", "seconds", "namespace")
     size = None if pulse is None else _pulse(pulse)
-    if size and not yes:
-        click.confirm(WARNING.format(force=size[0], moment=size[1]), abort=True)
-    found = judge(_recorded(bag, chosen) if bag is not None else _observed(namespace, chosen, seconds, size))
+    found = judge(_recorded(bag, chosen) if bag is not None else _observed(namespace, chosen, seconds, size, yes))
     if as_json:
         print_json([finding._asdict() for finding in found])
     else:
@@ -75,11 +77,15 @@ def _recorded(bag: Path, stack: Interface | None) -> Connection:
     return connection_in(open_bag(bag), stack)
 
 
-def _observed(namespace: str, stack: Interface | None, limit: float, size: tuple[float, float] | None) -> Connection:
+def _observed(
+    namespace: str, stack: Interface | None, limit: float, size: tuple[float, float] | None, confirmed: bool
+) -> Connection:
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.connection_check import LiveConnection
 
         live = LiveConnection(remote, stack)
+        if size and not confirmed:
+            click.confirm(WARNING.format(ahead=size[0], turn=size[1], units=live.units), abort=True)
         live.listen(limit)
         if size:
             live.pulse(*size)
@@ -87,7 +93,7 @@ def _observed(namespace: str, stack: Interface | None, limit: float, size: tuple
 
 
 def _pulse(text: str) -> tuple[float, float]:
-    """Force and moment of the option.
+    """Force and moment, or speed and yaw rate, of the option.
 
     Raises:
         ParameterError: they are not two numbers other than 0.
@@ -98,7 +104,8 @@ def _pulse(text: str) -> tuple[float, float]:
         force = moment = 0.0
     if not (0.0 < abs(force) < 1e12 and 0.0 < abs(moment) < 1e12):
         raise ParameterError(
-            f"--pulse {text} is not allowed: it takes a force in N and a moment in N·m, both not 0, such as 30,20"
+            f"--pulse {text} is not allowed: it takes a force in N and a moment in N·m, both not 0, such as 30,20, or with"
+            " drive.form = cmd_vel a speed in m/s and a yaw rate in rad/s, such as 0.5,0.2"
         )
     return force, moment
 

@@ -9,7 +9,7 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_error, print_status, print_warning
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError, VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import BagWarning, NoBagError, ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module, require
 from vessel_hsmc_ros.core.version import __version__
 
@@ -130,8 +130,8 @@ def cli() -> None:
 
 
 def show_warning(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-    """Print what concerns the user, such as the former name of a parameter, as a line; the rest as Python does."""
-    if issubclass(category, FutureWarning):
+    """Print what concerns the user, such as a former name or a missing file, as a line; the rest as Python does."""
+    if issubclass(category, FutureWarning | BagWarning):
         print_warning(str(message))
     else:
         PYTHONS(message, category, *place, **more)
@@ -156,5 +156,5 @@ def execute() -> int:
         return FAILED
     except VesselHsmcError as error:
         print_error(str(error))
-        return WRONG_USE if isinstance(error, ParameterError | ScenarioError) else FAILED
+        return WRONG_USE if isinstance(error, ParameterError | ScenarioError | NoBagError) else FAILED
     return 0

@@ -21,6 +21,7 @@ from vessel_hsmc_ros.cli.options import (
     workers_option,
 )
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.schema import meant
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import scenario_names
@@ -113,7 +114,7 @@ def chosen(laws: str | None) -> list[str]:
     """Parse the names of `--laws`.
 
     Raises:
-        ParameterError: a name is not the name of a law.
+        ParameterError: a name is not the name of a law, or is there twice.
     """
     if laws is None:
         from vessel_hsmc_ros.runs.comparison import default_laws
@@ -122,7 +123,9 @@ def chosen(laws: str | None) -> list[str]:
     names = [name.strip() for name in laws.split(",") if name.strip()]
     for name in names or [laws]:
         if name not in LAWS:
-            raise ParameterError(f"--laws {name} is not allowed: it takes any of {', '.join(LAWS)}")
+            raise ParameterError(f"--laws {name} is not allowed: it takes any of {', '.join(LAWS)}{meant(name, LAWS)}")
+        if names.count(name) > 1:
+            raise ParameterError(f"--laws must name each law once (got {laws})")
     return names
 
 

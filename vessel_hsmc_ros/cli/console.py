@@ -131,7 +131,7 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
 @contextmanager
 def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Iterator[Callable[..., None]]:
     """Print the title of a progress bar; its `update` prints lines, and a thread does where it is not called."""
-    console.print(title + (f", {total:g} {unit}" if total else ""), **PLAIN)
+    console.print(title + (f", {total:g} {unit}" if total and unit != "%" else ""), **PLAIN)
     shortest, longest = LINE_PERIODS
     started = printed = time.monotonic()
     tenths, ended = 0, threading.Event()

@@ -1,6 +1,7 @@
 """`vessel-hsmc excite`: the manoeuvres worth sailing for an identification, as a scenario."""
 
 import math
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from vessel_hsmc_ros.cli.console import print_line, print_table
 from vessel_hsmc_ros.cli.options import file_option
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import ship_of
@@ -57,7 +59,8 @@ def excite(ship: str, output: Path | None) -> None:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
     print_table(HEAD, _rows(steps, run))
     print_line(_space(run))
-    print_line(f"scenario: {path}; next: vessel-hsmc simulate {path}, or sail it; then vessel-hsmc identify on the bag")
+    simulate_it = f"{shell_command()} simulate {shlex.quote(str(path))}"
+    print_line(f"scenario: {path}; next: {simulate_it}, or sail it; then {shell_command()} identify on the bag")
 
 
 HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]

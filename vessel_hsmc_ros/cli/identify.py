@@ -1,5 +1,6 @@
 """`vessel-hsmc identify`: the hull data of a ship from its recorded motion."""
 
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -7,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning, progress_bar
+from vessel_hsmc_ros.cli.options import topic_options
 from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, ParameterError
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     help="A run that is kept back to judge the prediction; may be given several times.",
 )
 @click.option("--namespace", help="ROS namespace of the vessel, if a bag holds several.")
+@topic_options
 @click.option(
     "--column", "columns", multiple=True, metavar="NAME=COLUMN", help="Column of the CSV files, such as surge_force=Fx."
 )
@@ -72,8 +75,9 @@ def identify(
     named = _columns(columns)
     if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
         raise ParameterError(f"--held-out {min(again)} is not allowed: it is a run of the estimation, which judges nothing")
-    runs = [_measurements(path, named, options["namespace"]) for path in data]
-    unused = [_measurements(path, named, options["namespace"]) for path in held_out]
+    topics = {key: options[key] for key in ("namespace", "odometry", "wrench")}
+    runs = [_measurements(path, named, topics) for path in data]
+    unused = [_measurements(path, named, topics) for path in held_out]
     _check_output(options, start)
     known = ship_of(start.values) if start else None
     with progress_bar(f"identifying {options['name']}", 100.0, "%") as update:
@@ -81,6 +85,8 @@ def identify(
     judged = _judged(unused, found, start, options["window"])
     _write(options, runs, found, judged, start)
     _print(runs, found, judged)
+    vessel = options["output"] / f"{options['name']}.yaml"
+    print_line(f"next: vessel-hsmc init NAME --vessel {shlex.quote(str(vessel))}")
 
 
 def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> None:
@@ -120,7 +126,7 @@ def _columns(given: Sequence[str]) -> dict[str, str]:
     return {name: column for name, _, column in (text.partition("=") for text in given)}
 
 
-def _measurements(path: Path, columns: dict[str, str], namespace: str | None) -> "Measurements":
+def _measurements(path: Path, columns: dict[str, str], topics: dict[str, Any]) -> "Measurements":
     """The motion in a bag or CSV file.
 
     Raises:
@@ -129,7 +135,7 @@ def _measurements(path: Path, columns: dict[str, str], namespace: str | None) ->
     from vessel_hsmc_ros.identification.measurements import from_bag, from_csv
 
     try:
-        return from_csv(path, columns) if path.suffix == ".csv" else from_bag(path, namespace)
+        return from_csv(path, columns) if path.suffix.lower() == ".csv" else from_bag(path, **topics)
     except (BagError, IdentificationError) as error:  # the input is at fault: exit code 2
         raise ParameterError(str(error)) from None
 

@@ -12,6 +12,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_line, print_warning
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.scenario.interfaces import interface, interface_text
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
@@ -66,7 +67,7 @@ def init(
         print_line(f"connection: {to}, with the commands that start the nodes")
     if not no_check:
         _check(scenario)
-    print_line(f"scenario: {path}; next: vessel-hsmc simulate {shlex.quote(str(path))}")
+    print_line(f"scenario: {path}; next: {shell_command()} simulate {shlex.quote(str(path))}")
 
 
 def _write(path: Path, text: str) -> None:

@@ -176,6 +176,15 @@ def refuse_without(needed: str, *names: str) -> None:
 
 namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
 
+
+def topic_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options --odometry and --wrench to a verb that reads bags of boats with topics of other names."""
+    for name, what in (("--wrench", "wrench on the hull"), ("--odometry", "odometry")):
+        text = f"Topic of the {what} in a bag, if it is not found by name or type."
+        command = click.option(name, metavar="TOPIC", default="", help=text)(command)
+    return command
+
+
 vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")
 
 

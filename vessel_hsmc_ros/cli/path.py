@@ -13,6 +13,7 @@ from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import vessel_option
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
@@ -20,20 +21,26 @@ Waypoint = tuple[float, float, float]
 """x, y, heading."""
 
 
+COLUMNS = ("x", "y", "z", "heading")
+"""Names of the columns; x and y are needed."""
+
+FORM = "x and y, and perhaps z and heading, in metres and radians in the frame of the odometry"
+
+
 def read_waypoints(path: Path) -> list[Waypoint]:
     """Read waypoints from a file; those without a heading have the heading 0.
 
-    CSV has a row for each, `x,y` or `x,y,heading`; a first row of names and lines that start with # are skipped. YAML has a
-    list of lists `[x, y]`, or one list of all numbers as in the parameter `reference_ship.path.waypoints`.
+    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start with #
+    are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`.
 
     Raises:
-        ScenarioError: the file cannot be read, has no waypoint, or one that is not two or three finite numbers.
+        ScenarioError: the file cannot be read, has no waypoint, one that is not of finite numbers, or a column of another name.
     """
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
-    rows = _yaml_rows(text, path) if path.suffix in (".yaml", ".yml") else _csv_rows(text)
+    rows = _yaml_rows(text, path) if path.suffix in (".yaml", ".yml") else _csv_rows(text, path)
     try:
         points = [_waypoint(row, f"path file {path}, {place}") for place, row in rows]
     except csv.Error as error:  # a field of more than a hundred thousand characters, for instance
@@ -43,20 +50,45 @@ def read_waypoints(path: Path) -> list[Waypoint]:
     return points
 
 
-def _csv_rows(text: str) -> Iterator[tuple[str, Sequence[Any]]]:
-    lines = text.splitlines()
-    first = True
-    for number, row in enumerate(csv.reader(lines, skipinitialspace=True), 1):
+def _csv_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
+    """The rows with their places; of named columns x, y and heading, where there is one."""
+    names: list[str] | None = None
+    for number, row in enumerate(csv.reader(text.splitlines(), skipinitialspace=True), 1):
         if not row or row[0].startswith("#"):
             continue
-        if not (first and _is_name(row[0].strip())):
-            yield f"line {number}", row
-        first = False
+        if names is None:
+            names = [] if any(map(_is_number, row)) else _names(row, f"path file {path}, line {number}")
+            if names:
+                continue
+        yield f"line {number}", _ordered(row, names, f"path file {path}, line {number}") if names else row
 
 
-def _is_name(cell: str) -> bool:
-    """Whether a cell is the name of a column; nan and inf are numbers, which no waypoint has."""
-    return cell.isidentifier() and cell.lower() not in ("nan", "inf", "infinity")
+def _is_number(cell: str) -> bool:
+    """Whether a cell is a number, of any script; also nan and inf, which no waypoint has."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _names(row: Sequence[str], place: str) -> list[str]:
+    """The names of the columns.
+
+    Raises:
+        ScenarioError: one is of another name, there twice or missing.
+    """
+    names = [cell.strip() for cell in row]
+    if not {"x", "y"} <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
+        raise ScenarioError(f"{place}: columns {', '.join(names)} are not allowed: a path takes {FORM}")
+    return names
+
+
+def _ordered(row: Sequence[str], names: Sequence[str], place: str) -> list[str]:
+    if len(row) != len(names):
+        raise ScenarioError(f"{place}: {','.join(row)} is not allowed: it takes {len(names)} numbers, {','.join(names)}")
+    cells = dict(zip(names, row, strict=True))
+    return [cells[name] for name in ("x", "y", "heading") if name in cells]
 
 
 def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
@@ -66,17 +98,16 @@ def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
         raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
     if isinstance(content, dict):
         content = content.get("waypoints")
-    if not isinstance(content, list):
+    # Of a list of six numbers it is not known whether they are three pairs, or two waypoints with a heading.
+    if not isinstance(content, list) or (content and not any(isinstance(row, list) for row in content)):
         raise ScenarioError(f"path file {path} has no list of waypoints: it takes [[x, y], [x, y], ...]")
-    if content and not isinstance(content[0], list):
-        content = [content[start : start + 2] for start in range(0, len(content), 2)]
     for number, row in enumerate(content, 1):
         yield f"waypoint {number}", row if isinstance(row, list) else [row]
 
 
 def _waypoint(row: Sequence[Any], place: str) -> Waypoint:
     try:
-        numbers = [float(cell) for cell in row]
+        numbers = [number_of(str(cell)) for cell in row]
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
@@ -93,8 +124,9 @@ def path(file: Path, namespace: str) -> None:
     """Send a running vessel along the waypoints in FILE, a CSV or YAML file with x and y of each in metres.
 
     The reference ship must take paths: start it by `vessel-hsmc run waypoints --real-time`, or in any scenario with
-    reference_ship.mode=path. A third column, the heading, is accepted but not used: the ship follows the legs between the
-    waypoints. The exit code is 1 if the reference ship refuses the path.
+    reference_ship.mode=path. A heading is accepted but not used: the ship follows the legs between the
+    waypoints. A CSV file may begin with a row of names: x, y, z and heading, in any order; other columns, such as a latitude,
+    are refused. The exit code is 1 if the reference ship refuses the path.
     """
     points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
     with running_vessel(namespace) as remote:

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import file_option, namespace_option
+from vessel_hsmc_ros.cli.options import file_option, namespace_option, topic_options
 from vessel_hsmc_ros.cli.results import print_metrics
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import DrawnHull
@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull
 @file_option("Path of the page [default: report.html in the run folder].")
 @click.option("--title", help="Title of the page.")
 @namespace_option
+@topic_options
 @click.option("--figures", type=click.Choice(["png", "svg"]), help="Also save the figures, in figures/ beside the page.")
 @click.option("--csv", is_flag=True, help="Also export all signals as CSV, into csv/ beside the page.")
 @click.option("--parquet", is_flag=True, help="Also export all signals as Parquet, if pyarrow is installed.")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
-from vessel_hsmc_ros.cli.console import print_error, print_line, print_status, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
     checked_namespace,
@@ -24,7 +24,7 @@ from vessel_hsmc_ros.cli.options import (
     set_option,
     vessel_option,
 )
-from vessel_hsmc_ros.cli.results import print_result
+from vessel_hsmc_ros.cli.results import print_failure, print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.runs.fleet import FleetResult, reserve_namespaces, run_fleet
 from vessel_hsmc_ros.scenario.faults import check_script, load_script
@@ -37,7 +37,13 @@ if TYPE_CHECKING:
 
     from vessel_hsmc_ros.scenario.scenario import Scenario
 
-TABLE_METRICS = ("position_error_rms", "position_error_final", "settling_time", "heading_error_rms_deg")
+TABLE_METRICS = (
+    "position_error_rms_last_quarter",
+    "position_error_rms",
+    "position_error_final",
+    "settling_time",
+    "heading_error_rms_deg",
+)
 """Metrics of each vessel in the printed table; run.json and the page have all."""
 
 COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")
@@ -105,8 +111,7 @@ def _print(result: FleetResult) -> None:
             texts = {each.label: each.text for each in quantities(record.metrics, record.facts)}
             rows.append((record.name, *(texts.get(label, "") for label in labels)))
         print_table(["vessel", *labels], rows)
-    if result.failure:
-        print_error(result.failure)
+    print_failure(result)
     print_line(f"run folder: {result.folder.path}")
 
 

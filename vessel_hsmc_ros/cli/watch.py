@@ -75,6 +75,8 @@ def table(snapshot: Snapshot) -> Table:
     made.add_column(overflow="fold")
     for name, value in quantities(snapshot).items():
         made.add_row(name, escape(value))
+    if missing := missing_inputs(snapshot):
+        made.add_row("missing", missing)
     if snapshot.ages:
         made.add_row("age", ", ".join(f"{name} {age:.1f} s" for name, age in snapshot.ages.items()))
     for name, status in sorted(snapshot.nodes.items()):
@@ -83,6 +85,14 @@ def table(snapshot: Snapshot) -> Table:
     for text in snapshot.events:
         made.add_row("event", escape(text))
     return made
+
+
+def missing_inputs(snapshot: Snapshot) -> str:
+    """The inputs of which no message was received, and for how long; empty if there are none."""
+    from vessel_hsmc_ros.nodes.observation import INPUTS, LOOK  # imports ROS
+
+    missing = [name for name in INPUTS if name not in snapshot.ages]
+    return f"no {' and no '.join(missing)} within {LOOK:g} s" if missing else ""
 
 
 def line(snapshot: Snapshot) -> str:

@@ -54,6 +54,14 @@ class BagError(VesselHsmcError):
     """A bag cannot be written, read or repaired."""
 
 
+class NoBagError(BagError):
+    """There is no bag at a path that was given."""
+
+
+class BagWarning(UserWarning):
+    """The files of a bag are not those that its metadata.yaml names, or its content contradicts itself."""
+
+
 class RunError(VesselHsmcError):
     """A run of the nodes did not complete."""
 

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -58,6 +59,12 @@ def share_directory() -> Path:
         if (candidate / "config").is_dir():
             return candidate
     raise InstallationError("the package's config folder is in none of " + ", ".join(map(str, candidates)))
+
+
+def shell_command() -> str:
+    """How this user's shell starts the command: colcon installs it into lib/vessel_hsmc_ros, which is not on the PATH."""
+    off_path = os.environ.get("AMENT_PREFIX_PATH") and shutil.which("vessel-hsmc") is None
+    return f"ros2 run {PACKAGE} vessel-hsmc" if off_path else "vessel-hsmc"
 
 
 def discovery_profiles() -> str:

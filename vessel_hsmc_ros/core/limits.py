@@ -1,6 +1,9 @@
-"""The saturation function of control engineering."""
+"""The saturation function of control engineering, and what counts as saturated."""
 
 from vessel_hsmc_ros.core.kernel import kernel
+
+AT_LIMIT = 1.0 - 1e-6
+"""A command is at its limit from this share of it on: a law that clips in other units, or a recorded number, is rounded."""
 
 
 @kernel

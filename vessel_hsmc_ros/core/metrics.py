@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.hull import LENGTH
+from vessel_hsmc_ros.core.limits import AT_LIMIT
 from vessel_hsmc_ros.core.track_errors import TrackErrors, summarise
 
 Array = NDArray[np.float64]
@@ -18,8 +19,8 @@ Array = NDArray[np.float64]
 SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
 """The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
 
-AT_LIMIT = 1.0 - 1e-6
-"""A wrench is at its limit from this share of it on: the recorded number may be rounded."""
+NOISE_PEAK = 3.0
+"""Largest error of noisy positions, in their standard deviations: larger ones are rare."""
 
 UNLIMITED = (math.inf, math.inf)
 
@@ -33,6 +34,7 @@ class Metrics(NamedTuple):
         surge_force_travel, yaw_moment_travel: Actuator travel, 1/min; None without a limit.
         leg_cross_track_rms, leg_cross_track_peak, leg_along_track_rms: Errors against the planned legs; None without legs.
         turn_cross_track_rms: Likewise in the planned turns.
+        legs_missed: Share of the length of the planned legs that was not passed near enough, from 0 to 1; None without legs.
     """
 
     position_error_rms: float
@@ -54,6 +56,7 @@ class Metrics(NamedTuple):
     leg_cross_track_peak: float | None = None
     leg_along_track_rms: float | None = None
     turn_cross_track_rms: float | None = None
+    legs_missed: float | None = None
 
 
 def position_error(state: Array, reference: Array) -> Array:

@@ -64,6 +64,22 @@ def number(value: float) -> str:
     return f"{value:.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
+def number_of(text: str) -> float:
+    """The number that a text from a file or a command line contains.
+
+    Raises:
+        ValueError: it is none, or one that only Python writes so: with digits of another script or with `_` between them.
+    """
+    if not text.isascii() or "_" in text:
+        raise ValueError(f"{text} is not a number")
+    return float(text)
+
+
 def _rounded(value: float) -> float:
     """The value to three significant digits, so that 999.9996 N is 1 kN and not 1000 N; zero has no sign."""
     return float(f"{value:.3g}") + 0.0
+
+
+def in_noise(error: float, noise: float) -> str:
+    """A position error in words, relative to the standard deviation of the measured positions, both m."""
+    return f"{number(error / noise)} of the {quantity(noise, 'm')} of noise of its positions"

@@ -77,7 +77,7 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     outside = any(_outside(entry, number) for number in numbers)
     wrong_length = entry.length is not None and len(numbers) != entry.length
     if outside or wrong_length or (entry.choices and converted not in entry.choices):
-        remedy = f"; {entry.remedy}" if entry.remedy else ""
+        remedy = meant(str(converted), entry.choices) + (f"; {entry.remedy}" if entry.remedy else "")
         raise ParameterError(f"{owner}.{entry.name} = {shown(converted)} is not allowed: it takes {entry.allowed}{remedy}")
     return converted
 
@@ -136,6 +136,7 @@ __all__ = [
     "flatten",
     "former_names",
     "group",
+    "meant",
     "parameter",
     "renamed",
     "shown",
@@ -318,8 +319,14 @@ def _replaced(instance: T, values: Mapping[str, Value]) -> T:
 
 def suggestion(name: str, known: Collection[str]) -> str:
     """The known name that is closest to an unknown one, or else all of them, as the end of an error message."""
-    close = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1, cutoff=0.6)
     return f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
+
+
+def meant(name: str, known: Collection[str]) -> str:
+    """The known name that is closest to an unknown one, as a further part of an error message; empty if none is close."""
+    close = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1)
+    return f"; did you mean {close[0]}?" if close else ""
 
 
 def _first_level(names: Iterable[str]) -> list[str]:

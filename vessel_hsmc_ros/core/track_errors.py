@@ -1,6 +1,6 @@
 """Distances of a ship from planned legs and turns: per leg, and as metrics of a run."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +30,16 @@ class TrackErrors(NamedTuple):
     def where(self, mask: NDArray[np.bool_]) -> "TrackErrors":
         """The errors of some samples."""
         return TrackErrors(self.leg[mask], self.turn[mask], self.cross[mask], self.along[mask])
+
+
+Passed = Mapping[int, tuple[float, float]]
+"""Of each leg, by its number from 0 on: the length that was passed near enough, and its length, m."""
+
+
+def missed(legs: Passed) -> float | None:
+    """The share of the length of some legs that was not passed; None without legs."""
+    near, whole = (sum(leg[i] for leg in legs.values()) for i in (0, 1))
+    return max(0.0, 1.0 - near / whole) if whole else None
 
 
 class LegErrors(NamedTuple):

@@ -26,9 +26,10 @@ class Kind(NamedTuple):
     Attributes:
         target: What it acts on: topic, actuator, node or clock.
         meaning: What it does, for the documentation.
-        takes: The settings that it takes besides at, duration and its target.
+        takes: The settings that it takes besides at, its target and, where it ends, duration.
         needs: Those of them that have no default.
         lockstep: Whether it can be carried out in lockstep.
+        ends: Whether it can end before the run does, so that it takes a duration.
     """
 
     target: str
@@ -36,6 +37,7 @@ class Kind(NamedTuple):
     takes: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     lockstep: bool = True
+    ends: bool = True
 
 
 _NOT_IN_LOCKSTEP = False
@@ -54,7 +56,7 @@ KINDS = {
     "lose": Kind("actuator", "an actuator does nothing", ("component",)),
     "weaken": Kind("actuator", "an actuator gives `factor` of what is demanded", ("component", "factor"), ("factor",)),
     "reverse": Kind("actuator", "an actuator acts in the opposite direction", ("component",)),
-    "kill": Kind("node", "its process is killed (SIGKILL)", lockstep=_NOT_IN_LOCKSTEP),
+    "kill": Kind("node", "its process is killed (SIGKILL), for good", lockstep=_NOT_IN_LOCKSTEP, ends=False),
     "stop": Kind("node", "its process is suspended (SIGSTOP) for `duration`", lockstep=_NOT_IN_LOCKSTEP),
     "restart": Kind("node", "its process is killed, and started again after `duration`", lockstep=_NOT_IN_LOCKSTEP),
     "clock_step": Kind(
@@ -67,7 +69,6 @@ KINDS = {
 }
 """Every kind of fault by its name."""
 
-_ALWAYS = ("at", "duration", "kind")
 _TARGETS = {"topic": ("topic",), "actuator": ("topic",), "node": ("node",), "clock": ("node",)}
 
 
@@ -145,7 +146,7 @@ def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
     """
     kind = KINDS[fault.kind]
     target = _TARGETS[kind.target]
-    allowed = (*_ALWAYS, *target, *kind.takes)
+    allowed = ("at", *(("duration",) if kind.ends else ()), "kind", *target, *kind.takes)
     needed = ["at", "kind", *kind.needs, *(() if kind.target == "clock" else target)]
     needed += ["duration"] if fault.kind in ("stop", "restart") else []
     for name in needed:

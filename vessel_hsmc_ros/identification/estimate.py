@@ -95,7 +95,12 @@ def identify(
         raise IdentificationError("there is no run to identify from: give at least one")
     progress("smoothing", 0.0)
     smoothed = [smooth(run) for run in given]
-    fit = refined(given, smoothed, unknowns(model, start), window, progress)
+    try:
+        fit = refined(given, smoothed, unknowns(model, start), window, progress)
+    except IdentificationError as error:
+        if doubts := _doubts(given):
+            raise IdentificationError(f"{doubts[0]}; {error}") from None
+        raise
     progress("standard errors", 0.95)
     return _result(given, model, fit, window)
 
@@ -122,6 +127,7 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
         correlation[np.ix_(reported, reported)],
         tuple((name, why) for name, why in held.items() if name != DELAY),
         (
+            *_doubts(runs),
             *few_reversals(runs, names),
             *_unexplained(runs, shooting),
             *_unstable(shooting.length, window),
@@ -132,6 +138,10 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
         tuple(predict(hull, run, window, inputs) for run in runs),
         np.column_stack([simulated[:, :, 3:].min(axis=(0, 1)), simulated[:, :, 3:].max(axis=(0, 1))]),
     )
+
+
+def _doubts(runs: Sequence[Measurements]) -> list[str]:
+    return [f"{run.name}: {doubt}" for run in runs for doubt in run.doubts]
 
 
 def _unexplained(runs: list[Measurements], shooting: Shooting) -> list[str]:

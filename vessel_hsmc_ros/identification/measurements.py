@@ -12,14 +12,24 @@ import numpy as np
 
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.run_from_bag import matched, measured_states, seconds_of, wrenches
+from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
+from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.identification.soundness import judged
 from vessel_hsmc_ros.identification.types import Measurements
+from vessel_hsmc_ros.identification.windows import require_rate
+from vessel_hsmc_ros.safety.connection import Topic
+from vessel_hsmc_ros.safety.stamp_rules import clocks_differ, set_back, unusable
 from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_bytes
 
 FEWEST = 50
 """Samples that a run needs at least."""
+CLOCK_OFFSET = 0.5
+"""By how much odometry and wrench may be of unlike age at receipt, s: the default time-out of the controller's inputs."""
+DIFFERING = 0.01
+"""Share of messages with the stamp of another one and another motion up to which the first of them counts."""
 LONGEST_GAP = 5.0
 """Largest interval between samples, in units of the median one."""
 
@@ -63,6 +73,7 @@ def checked(run: Measurements, window: float = 0.0) -> Measurements:
     duration = float(run.time[-1] - run.time[0])
     if duration < window:
         raise IdentificationError(f"{run.name} lasts {duration:.1f} s: at least one window of {window:g} s is needed")
+    require_rate(run, window)
     if not np.any(run.wrench):
         raise IdentificationError(f"{run.name} has no force or moment: the wrench on the hull must be recorded")
     return run
@@ -119,41 +130,78 @@ def from_run(run: Run, name: str = "run") -> Measurements:
     return _measurements(run.time, run.measured, wrench, name)
 
 
-def from_bag(path: Path | str, namespace: str | None = None) -> Measurements:
+def from_bag(path: Path | str, namespace: str | None = None, odometry: str = "", wrench: str = "") -> Measurements:
     """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps.
 
     Args:
         path: A bag or a run folder.
         namespace: Of the vessel, where the bag has several.
+        odometry, wrench: Topics of them, where they are not found by name or type.
 
     Raises:
         BagError: the bag cannot be read, or has no such vessel.
         IdentificationError: there is no wrench, or the samples do not serve.
     """
-    bag = open_bag(path)
+    bag = open_bag(path, odometry, wrench)
     prefix = bag.namespace(namespace)
-    odometry = bag[prefix + "odom"]
-    stamps, order = np.unique(odometry.stamp, return_index=True)  # late odometry repeats its first measurement
-    series = bag[_wrench_topic(bag, prefix)]
-    index, found = matched(stamps, series)
+    state, force = bag.find(prefix, "odom"), _wrench_of(bag, prefix)
+    if state is None:
+        raise IdentificationError(f"bag {path} has no message on {prefix}odom that can be decoded")
+    _require_stamps(bag, state, force)
+    motion = measured_states(state, bag.twist_frame(prefix))
+    stamps, order = np.unique(state.stamp, return_index=True)  # late odometry repeats its first measurement
+    _require_one_motion(state, motion)
+    index, found = matched(stamps, force)
     if not found.any():
         # Stamped by another clock rate: the latest wrench holds until the next.
-        by_time = np.argsort(series.stamp, kind="stable")
-        latest = np.searchsorted(series.stamp[by_time], stamps, side="right") - 1
+        by_time = np.argsort(force.stamp, kind="stable")
+        latest = np.searchsorted(force.stamp[by_time], stamps, side="right") - 1
         index, found = by_time[np.maximum(latest, 0)], latest >= 0
     if not found.any():
-        raise IdentificationError(f"bag {path}: no wrench on {series.name} is as old as an odometry message")
+        raise IdentificationError(f"bag {path}: no wrench on {force.name} is as old as an odometry message")
     time = seconds_of(stamps - stamps[np.argmax(found)])
     rows = np.flatnonzero(found)
-    measured = measured_states(odometry, bag.twist_frame(prefix))[order][rows]
-    return _measurements(time[rows], measured, wrenches(series)[index[rows]], str(path))
+    return judged(_measurements(time[rows], motion[order][rows], wrenches(force)[index[rows]], str(path)))
 
 
-def _wrench_topic(bag: Bag, prefix: str) -> str:
+def _wrench_of(bag: Bag, prefix: str) -> Series:
     for name in WRENCH_TOPICS:
-        if bag.topics.get(prefix + name):
-            return prefix + name
-    raise IdentificationError(f"bag {bag.path} has no wrench: {' or '.join(prefix + name for name in WRENCH_TOPICS)} is needed")
+        if (series := bag.find(prefix, name)) is not None:
+            return series
+    raise IdentificationError(
+        f"bag {bag.path} has no wrench: {' or '.join(prefix + name for name in WRENCH_TOPICS)} or --wrench is needed"
+    )
+
+
+def _require_stamps(bag: Bag, *topics: Series) -> None:
+    """Check that stamps are filled in, of clocks that have not been set, and of the same clock.
+
+    Raises:
+        IdentificationError: they are not.
+    """
+    shown = [Topic(s.name, received=seconds_of(s.log_time), columns={"stamp": seconds_of(s.stamp)}) for s in topics]
+    for series, topic in zip(topics, shown, strict=True):
+        if reason := unusable(topic):
+            raise IdentificationError(f"bag {bag.path}: {reason}")
+        if twice := set_back(series.as_recorded(topic.columns["stamp"])):
+            text = f"{twice:.3g} s are covered twice: was the clock set back, or a recording played again?"
+            raise IdentificationError(f"bag {bag.path}: the stamps of {series.name} go back, {text}")
+    if reason := clocks_differ(shown[0], shown[1], CLOCK_OFFSET):
+        raise IdentificationError(f"bag {bag.path}: {reason}")
+
+
+def _require_one_motion(odometry: Series, motion: Array) -> None:
+    """Check that messages of one stamp have the same motion: repeated messages count once, and others have no time.
+
+    Raises:
+        IdentificationError: more than a few have not.
+    """
+    order = np.argsort(odometry.stamp, kind="stable")
+    same = np.diff(odometry.stamp[order]) == 0
+    differing = same & (np.diff(motion[order], axis=0) != 0.0).any(axis=1)
+    if differing.mean() > DIFFERING:
+        text = f"{int(differing.sum())} of {len(differing)} messages have the stamp of another one, but not its motion"
+        raise IdentificationError(f"{odometry.name} repeats its stamps: {text}; its publisher must stamp each message")
 
 
 def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Measurements:
@@ -186,7 +234,7 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     nothing, zero = np.full(len(chosen["time"]), np.nan), np.zeros(len(chosen["time"]))
     state = np.column_stack([chosen["x"], chosen["y"], chosen["heading"], *(chosen.get(name, nothing) for name in VELOCITIES)])
     wrench = np.column_stack([chosen.get(name, zero) for name in WRENCH])
-    return _measurements(chosen["time"], state, wrench, str(path))
+    return judged(_measurements(chosen["time"], state, wrench, str(path)))
 
 
 def _lines(stream: Iterable[str]) -> Iterator[str]:
@@ -207,7 +255,7 @@ def _table(path: Path) -> dict[str, Array]:
         for number, row in enumerate(rows, 1):
             if len(row) != len(header):
                 raise IdentificationError(f"cannot read {path}: {len(header)} names, but {len(row)} numbers in row {number}")
-            numbers.extend(float(field) if field.strip() else math.nan for field in row)
+            numbers.extend(number_of(field) if field.strip() else math.nan for field in row)
             if len(numbers) > MOST_NUMBERS:
                 raise IdentificationError(f"cannot read {path}: it has more than {MOST_NUMBERS} numbers")
     except (OSError, ValueError, csv.Error) as error:

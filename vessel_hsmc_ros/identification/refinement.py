@@ -155,7 +155,8 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
         IdentificationError: the motion diverges, whatever the start.
     """
     low, high = shooting.unknowns.bounds()
-    margin = 1e-6 * shooting.scale
+    # Of bounds that are close together, like those of the delay, never more than a part of their distance.
+    margin = np.minimum(1e-6 * shooting.scale, 0.25 * (high - low))
     inside = _finite(shooting, np.clip(start, low + margin, high - margin))
     iterations = itertools.count(1)
 

@@ -21,6 +21,7 @@ class Measurements(NamedTuple):
         velocity: u, v, r in the body frame, over ground, (n, 3); NaN where they are not measured.
         wrench: Surge force X [N], sway force Y [N] and yaw moment N [N·m] on the hull, each from its sample to the next, (n, 3).
         name: What to call the run in messages and on pages.
+        doubts: Sentences about what in it may be wrong.
     """
 
     time: Array
@@ -28,6 +29,7 @@ class Measurements(NamedTuple):
     velocity: Array
     wrench: Array
     name: str = "run"
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

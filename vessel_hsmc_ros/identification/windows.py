@@ -177,6 +177,20 @@ def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tup
 
 WINDOW = 20.0
 """Default length of a window, s."""
+FEWEST_IN_WINDOW = 10
+"""Samples that a window needs at least."""
+
+
+def require_rate(run: Measurements, window: float) -> None:
+    """Check that a window has enough samples, and so that time is in seconds.
+
+    Raises:
+        IdentificationError: it has not.
+    """
+    step = float(np.median(np.diff(run.time)))
+    if window and step > window / FEWEST_IN_WINDOW:
+        text = f"a window of {window:g} s needs {FEWEST_IN_WINDOW} samples or more: time must be in s, not in ms or ns"
+        raise IdentificationError(f"{run.name}: the samples are {step:.3g} s apart, and {text}")
 
 
 def predict(
@@ -193,6 +207,7 @@ def predict(
     Raises:
         IdentificationError: the run is shorter than a window.
     """
+    require_rate(measurements, window)
     duration = float(measurements.time[-1] - measurements.time[0])
     if duration < window:
         raise IdentificationError(

@@ -27,6 +27,7 @@ RESERVED = (
     "rate_hz",
     "input_timeout",
     "start_enabled",
+    "autostart",
     "safety",
     "diagnostics",
     "black_box",

@@ -13,6 +13,9 @@ from geographiclib.geodesic import Geodesic
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import TURN
 
+FARTHEST = 50e3
+"""Largest distance from the datum, m: one that is farther away is of another place, and scale and angles are not right there."""
+
 
 class Place(NamedTuple):
     """A place in the plane.
@@ -53,6 +56,10 @@ class Plane:
             s * math.sin(azimuth), s * math.cos(azimuth), math.remainder(math.radians(found["azi2"] - found["azi1"]), TURN)
         )
 
+    def distance(self, latitude: float, longitude: float) -> float:
+        """Distance from the datum to a place, m."""
+        return float(Geodesic.WGS84.Inverse(self.latitude, self.longitude, latitude, longitude, Geodesic.DISTANCE)["s12"])
+
     def coordinates(self, x: float, y: float) -> tuple[float, float]:
         """Latitude and longitude, degrees, of a place x, y, m."""
         azimuth = math.degrees(math.atan2(x, y))
@@ -60,3 +67,8 @@ class Plane:
             self.latitude, self.longitude, azimuth, math.hypot(x, y), Geodesic.LATITUDE | Geodesic.LONGITUDE
         )
         return found["lat2"], found["lon2"]
+
+
+def exchanged(plane: Plane, latitude: float, longitude: float) -> bool:
+    """Whether a place is near to the datum if latitude and longitude of the datum are exchanged."""
+    return abs(plane.longitude) < 90.0 and Plane(plane.longitude, plane.latitude).distance(latitude, longitude) <= FARTHEST

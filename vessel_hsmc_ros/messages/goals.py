@@ -12,16 +12,21 @@ from vessel_hsmc_ros.messages.conversions import WORLD, nanoseconds
 SHORTEST_QUATERNION = 1e-6
 """Squared length below which a quaternion does not define an orientation."""
 
-FARTHEST = 1e7
-"""Largest coordinate of a goal or waypoint, m: that of a place on Earth in a local frame."""
+FARTHEST = 1e5
+"""Largest distance of a goal or waypoint from the reference, m: eastings of UTM, and degrees taken for metres, are beyond it."""
+
+Here = tuple[float, float]
 
 
-def read_goal(message: Any, frames: Collection[str] = (WORLD,)) -> tuple[float, float, float, float | None]:
+def read_goal(
+    message: Any, frames: Collection[str] = (WORLD,), here: Here = (0.0, 0.0)
+) -> tuple[float, float, float, float | None]:
     """Validate and convert a goal pose.
 
     Args:
         message: A geometry_msgs/PoseStamped.
         frames: The frames in which goals are accepted.
+        here: The present position x, y of the reference.
 
     Returns:
         x, y, heading and stamp, s; the stamp is None where the message has none (0).
@@ -31,7 +36,7 @@ def read_goal(message: Any, frames: Collection[str] = (WORLD,)) -> tuple[float, 
     """
     _require_frame(message.header.frame_id, frames, "goal")
     position, q = message.pose.position, message.pose.orientation
-    _require_near(position, "goal")
+    _require_near(position, here, "goal")
     _require_finite({f"orientation.{name}": getattr(q, name) for name in "xyzw"}, "goal")
     # A quaternion need not be normalised, as its heading does not depend on its length; only 0 and infinity have no heading.
     squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
@@ -43,12 +48,13 @@ def read_goal(message: Any, frames: Collection[str] = (WORLD,)) -> tuple[float, 
     return position.x, position.y, heading_from_quaternion(q.x, q.y, q.z, q.w), seconds(stamp) if stamp else None
 
 
-def read_path(message: Any, frames: Collection[str] = (WORLD,)) -> list[tuple[float, float]]:
+def read_path(message: Any, frames: Collection[str] = (WORLD,), here: Here = (0.0, 0.0)) -> list[tuple[float, float]]:
     """Validate a path and return its waypoints x, y; orientations are ignored.
 
     Args:
         message: A nav_msgs/Path.
         frames: The frames in which paths are accepted; its poses have the same one, or none.
+        here: The present position x, y of the reference.
 
     Raises:
         GoalError: there is no pose, a number is not finite or too far away, or a pose is in another frame.
@@ -61,7 +67,7 @@ def read_path(message: Any, frames: Collection[str] = (WORLD,)) -> list[tuple[fl
         if stamped.header.frame_id:  # often left empty: then the path's own frame counts
             _require_frame(stamped.header.frame_id, (message.header.frame_id,), f"pose {number} of the path")
         position = stamped.pose.position
-        _require_near(position, f"pose {number} of the path")
+        _require_near(position, here, f"pose {number} of the path")
         points.append((position.x, position.y))
     return points
 
@@ -77,12 +83,14 @@ def _require_frame(found: str, frames: Collection[str], what: str) -> None:
         raise GoalError(f"{what} in frame '{found}' is not allowed: it takes frame {' or '.join(frames)}")
 
 
-def _require_near(position: Any, what: str) -> None:
-    numbers = {"x": position.x, "y": position.y}
-    _require_finite(numbers, what)
-    for name, value in numbers.items():
-        if abs(value) > FARTHEST:
-            raise GoalError(f"{what} with {name} = {value:g} is not allowed: it takes at most {FARTHEST:g} m")
+def _require_near(position: Any, here: Here, what: str) -> None:
+    _require_finite({"x": position.x, "y": position.y}, what)
+    distance = math.hypot(position.x - here[0], position.y - here[1])
+    if distance > FARTHEST:
+        raise GoalError(
+            f"{what} must be within {FARTHEST / 1e3:g} km of the reference at x = {here[0]:g}, y = {here[1]:g}"
+            f" (got x = {position.x:g}, y = {position.y:g}, {distance / 1e3:g} km): is it in the frame of the odometry?"
+        )
 
 
 def _require_finite(numbers: dict[str, float], what: str) -> None:

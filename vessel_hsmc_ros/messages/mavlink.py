@@ -73,33 +73,42 @@ def motion(position: Position, attitude: Attitude) -> Motion:
 
 
 class BootClock:
-    """Gives messages that are stamped since boot a time of this computer: that of the least delay so far.
+    """The time of an autopilot, which stamps its messages since its boot or by a clock of its own, on the steady clock.
 
     The estimate of the time of boot is the least difference of receipt and stamp, so that the delays of single messages do not
-    count. It may rise by CLOCK_DRIFT, the most by which two clocks diverge. A stamp that goes back by more than a second is a
-    reboot.
+    count. It may rise by CLOCK_DRIFT, the most by which two clocks diverge. Only the steady clock of this computer is looked at,
+    as the other one may be stepped at any time. Stamps that go back by more than REBOOT are a reboot. Those that go back by less
+    begin the estimate anew once there are LAGGING of them in a row; a single one has been overtaken on its way.
     """
 
     CLOCK_DRIFT = 2e-4
+    REBOOT, LAGGING = 1.0, 2
 
     def __init__(self) -> None:
         self._boot, self._stamp, self.reboots = math.inf, 0.0, 0
+        self._behind = 0
 
-    def time(self, stamp: float, received: float) -> float:
-        """The time of a message, s.
+    def age(self, stamp: float, received: float) -> float:
+        """How long before its receipt a message was stamped, s, by the least delay so far.
 
         Args:
             stamp: Its time since boot, s.
-            received: Time of its receipt, s.
+            received: Time of its receipt on the steady clock, s.
         """
-        if stamp < self._stamp - 1.0:
-            self.reboots += 1
-            self._boot = math.inf
-        elif stamp > self._stamp:
-            self._boot += self.CLOCK_DRIFT * (stamp - self._stamp)
-        self._stamp = max(stamp, self._stamp) if self._boot < math.inf else stamp
+        back = self._stamp - stamp
+        self._behind = self._behind + 1 if back > 0.0 else 0
+        if back > self.REBOOT or self._behind >= self.LAGGING:
+            self.reboots += back > self.REBOOT
+            self._boot, self._stamp, self._behind = math.inf, stamp, 0
+        elif back < 0.0:
+            self._boot -= self.CLOCK_DRIFT * back
+            self._stamp = stamp
         self._boot = min(self._boot, received - stamp)
-        return self._boot + stamp
+        return received - stamp - self._boot
+
+    def stamp(self, now: float) -> float | None:
+        """The time of the autopilot at a time of the steady clock, s; None before its first message."""
+        return None if self._boot == math.inf else now - self._boot
 
 
 FILTER = {1: "attitude", 2: "horizontal velocity", 16: "horizontal position"}

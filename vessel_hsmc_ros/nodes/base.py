@@ -1,13 +1,11 @@
 """Base class of the nodes: declared parameters and their changes, start-up handshake, diagnostics, orderly start and shutdown."""
 
-import math
 import time
-import warnings
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -18,84 +16,17 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from rclpy.service import Service
 
-from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
-from vessel_hsmc_ros.core.hull import inherited
+from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
+from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, Reporter, summarised
-from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
-from vessel_hsmc_ros.scenario.vessels import with_vessel
+from vessel_hsmc_ros.scenario.given_parameters import missed_sections
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
-
-
-def declare(node: Node, cls: type) -> Any:
-    """Declare a dataclass's parameters on a node and return the instance that the node was started with.
-
-    Raises:
-        ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
-        ScenarioError: a vessel by name cannot be read.
-    """
-    # rclpy silently ignores overrides of parameters that are not declared; here a misspelt name is an error.
-    given = {
-        name: value.value
-        for name, value in node._parameter_overrides.items()
-        if not node.has_parameter(name) and not name.startswith("qos_overrides.")
-    }
-    entries = schema.entries(cls)
-    # A parameters file may describe the ship once for all nodes, in a section that each of them receives as a whole.
-    with warnings.catch_warnings(record=True) as former:
-        warnings.simplefilter("always", FutureWarning)
-        own = without_foreign_hull_data(in_long_form(given), entries)
-        instance: Any = schema.build(cls, with_vessel(own, entries), node.get_name())
-    for warning in former:
-        node.get_logger().warning(str(warning.message))
-    values = schema.flatten(instance)
-    for name, entry in entries.items():
-        value = values[name]  # the override has been applied and validated above, so rclpy must not apply it again
-        node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
-    if hasattr(instance, "vessel") and (remaining := inherited(instance.vessel)):
-        node.get_logger().warning(f"only a part of the hull is given: {remaining}")
-    return instance
-
-
-def descriptor(entry: schema.Entry) -> ParameterDescriptor:
-    """The descriptor of a declared parameter, as `ros2 param describe` shows it."""
-    described = ParameterDescriptor(
-        description=entry.description + (f" [{entry.unit}]" if entry.unit else ""),
-        additional_constraints=f"It takes {entry.allowed}.",
-        read_only=not entry.tunable,
-    )
-    if entry.type is float and entry.low is not None and entry.high is not None:
-        described.floating_point_range = [FloatingPointRange(from_value=entry.low, to_value=entry.high)]
-    if entry.type is int and entry.low is not None and entry.high is not None:
-        described.integer_range = [IntegerRange(from_value=math.ceil(entry.low), to_value=math.floor(entry.high), step=1)]
-    return described
-
-
-def take_changes(node: Any, changes: list[Parameter]) -> SetParametersResult:
-    """Apply the changed parameters of a request to a node, all of them or none.
-
-    Args:
-        node: A `VesselNode`.
-        changes: Of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
-    """
-    known = schema.entries(node.PARAMETERS)
-    values = {p.name: p.value for p in changes if p.name in known}
-    if not values:
-        return SetParametersResult(successful=True)
-    try:  # all changes of a request together: a limit may depend on another parameter
-        parameters: Any = schema.build(node.PARAMETERS, schema.flatten(node.parameters) | values, node.get_name())
-        node.retune(parameters)
-    except ParameterError as error:
-        return SetParametersResult(successful=False, reason=str(error))
-    node.reporter.changes(node.parameters, parameters)
-    node.parameters = parameters
-    return SetParametersResult(successful=True)
 
 
 SEND_LIMIT = 2.0
@@ -126,6 +57,10 @@ class VesselNode(Node):
     A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
     `on_connected`. In lockstep, `stamp` is the simulated time of its latest step, ns, with which diagnostics are stamped.
 
+    Args:
+        command_line: That of the node's process; its rules give the parameters.
+        options: Of rclpy's node.
+
     Raises:
         ParameterError: a parameter is unknown or out of range.
     """
@@ -136,9 +71,13 @@ class VesselNode(Node):
     NICENESS: ClassVar[int] = 0
     black_box: BlackBox | None = None
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, command_line: Sequence[str] = (), **options: Any) -> None:
         self.compatibility = Compatibility(self)
         super().__init__(self.NAME, **options)
+        self.given = take_given(self, command_line)
+        if missed := missed_sections(command_line, self.get_fully_qualified_name()):
+            self.get_logger().warning(missed)
+        self.missed = missed
         refuse_failed_requests(self, self.services)
         self.parameters: Any = declare(self, self.PARAMETERS)
         self.compatibility.check()
@@ -168,6 +107,11 @@ class VesselNode(Node):
         """As `create_publisher`, for a subscription."""
         own = self.compatibility.options(topic, "subscription", qos_profile)
         return super().create_subscription(msg_type, topic, callback, **{**own, **options})
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """As that of rclpy, which the services call; numbers may be written as `ros2 param` writes them."""
+        changes = requested_changes(self, parameter_list)
+        return super().set_parameters_atomically(changes) if changes else SetParametersResult(successful=True)
 
     # -- for subclasses -----------------------------------------------------------------------------------------------
 

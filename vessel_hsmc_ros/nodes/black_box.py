@@ -81,12 +81,19 @@ class BlackBox:
         if number is None:
             number = self._numbers[topic] = len(self._numbers)
             self._topics[topic] = _kind(type(message))
-        now = self._stamp()
-        entry = record(now, number, data or serialize_message(message))
+        entry = record(self._stamp(), number, data or serialize_message(message))
+        if len(entry) > MEMORY:  # it would displace all others
+            self._report_large(topic, len(entry))
+            return
+        now = time.monotonic_ns()  # the clock of the stamps may be set
         self._kept.append((now, entry))
         self._size += len(entry)
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
             self._size -= len(self._kept.popleft()[1])
+
+    def _report_large(self, topic: str, size: int) -> None:
+        text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {size / 1e6:.0f} MB): left out"
+        self._node.get_logger().warning(text, once=True)
 
     def receiver(self, topic: str, kind: Any, callback: Callable[[Any], None]) -> Callable[[bytes], None]:
         """The callback of a raw subscription that converts each message, passes it on, and keeps it."""
@@ -147,9 +154,8 @@ class BlackBox:
             return
         folder, _, refused = done.stdout.decode().strip().partition("\n")
         if refused:
-            self._node.get_logger().warning(f"{refused}: the black box is in {folder}")
-        else:
-            self._node.get_logger().warning(f"the black box is in {folder}")
+            self._node.get_logger().warning(refused)
+        self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
 
     def _directory(self) -> Path:
         return Path(self._parameters.directory or get_logging_directory() / "black_box")

@@ -18,6 +18,9 @@ from vessel_hsmc_ros.safety.samples import Freshness, Sample
 
 Command = tuple[float, float]
 
+NO_COMMAND = "no recent command on"
+"""How the problem of a node begins to which nothing is commanded."""
+
 
 class CommandInput:
     """The latest command that a node may carry out.
@@ -93,7 +96,7 @@ class CommandInput:
             return self._problem.current
         waits = self._node.parameters.lockstep and not self._taken  # for the first step
         if not waits and self._freshness.overdue(*self._times()) is not Reason.NONE:
-            return WARN, f"no recent command on {self._node.resolve_topic_name(self._topic)}"
+            return WARN, f"{NO_COMMAND} {self._node.resolve_topic_name(self._topic)}"
         return None
 
     def values(self) -> dict[str, Any]:

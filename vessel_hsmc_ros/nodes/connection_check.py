@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from vessel_hsmc_msgs.msg import ControlState, Event
@@ -15,10 +15,13 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages import state_columns as types
 from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.messages.state_columns import columns_of_messages
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.command_input import NO_COMMAND
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Role, Topic
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -54,6 +57,7 @@ class LiveConnection:
         self._received: dict[str, list[tuple[float, Any]]] = {}
         self._events: dict[str, None] = {}
         self._reasons: set[int] = set()
+        self._operation = ControlState.STANDBY
         self._statuses: dict[str, tuple[bytes, str]] = {}
         remote.until(self._settled(), GRAPH_LIMIT)
         there = remote.nodes()
@@ -113,9 +117,7 @@ class LiveConnection:
                 self._received[role.topic] = []
                 node.create_subscription(message_class(role.kinds[0]), role.topic, self._keeper(role.topic), COLLECTED)
         node.create_subscription(Event, self._remote.name(EVENTS), lambda m: self._events.update({m.kind: None}), qos.EVENTS)
-        node.create_subscription(
-            ControlState, self._remote.name("controller/state"), lambda m: self._reasons.add(m.reason), COLLECTED
-        )
+        node.create_subscription(ControlState, self._remote.name("controller/state"), self._on_state, COLLECTED)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, COLLECTED)
 
     def _keeper(self, topic: str) -> Callable[[Any], None]:
@@ -123,6 +125,10 @@ class LiveConnection:
 
     def _now(self) -> float:
         return float(self._remote.node.get_clock().now().nanoseconds) / NANOSECONDS
+
+    def _on_state(self, message: ControlState) -> None:
+        self._reasons.add(message.reason)
+        self._operation = message.operation
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         prefix = self._remote.name("").strip("/")
@@ -135,48 +141,97 @@ class LiveConnection:
         """Collect messages for a time, s."""
         self._remote.until(lambda: False, limit)
 
-    def pulse(self, force: float, moment: float) -> None:
+    @property
+    def units(self) -> tuple[str, str]:
+        """The units of a pulse: velocities where a stack has loops of its own for them, else a wrench."""
+        return ("m/s", "rad/s") if self._by_velocity else ("N", "N·m")
+
+    @property
+    def _by_velocity(self) -> bool:
+        return "drive" in self._values and self._values["drive"]["form"] == "cmd_vel"
+
+    def pulse(self, ahead: float, turn: float) -> None:
         """Command a pulse of force, then one of moment, and then nothing, so that the time-out of the drives is tried as well.
 
+        Where the drive commands velocities, they are pulsed on its topic, which it leaves to others while nothing is commanded to
+        it, and zero is commanded before and after each.
+
         Args:
-            force: Surge force, N.
-            moment: Yaw moment, N·m.
+            ahead: Surge force, N, or surge speed, m/s.
+            turn: Yaw moment, N·m, or yaw rate, rad/s.
 
         Raises:
-            RunError: another node commands, or nothing takes the command.
+            RunError: another node commands, nothing takes the command, or a velocity is above its limit.
         """
-        if "drive" in self._values and self._values["drive"]["form"] == "cmd_vel":
-            raise RunError(
-                "--pulse is a wrench, which drive.form = cmd_vel does not take: check a bag of a drive by hand instead"
-            )
-        topic = next(role.topic for role in self.connection().roles if role.name == "command")
-        others = [i.node_name for i in self._remote.node.get_publishers_info_by_topic(topic)]
-        if others:
-            raise RunError(f"--pulse is not possible while {', '.join(others)} publishes {topic}: end it first")
-        publisher = self._remote.node.create_publisher(WrenchStamped, topic, qos.STREAM)
+        roles = {role.name: role for role in self.connection().roles}
+        role = roles["output" if self._by_velocity else "command"]
+        self._refuse_others(roles)
+        if self._by_velocity:
+            self._refuse_above(ahead, turn)
+        publisher = self._remote.node.create_publisher(message_class(role.kinds[0]), role.topic, qos.STREAM)
+        send = self._sender(publisher, role)
         try:
             if not self._remote.until(publisher.get_subscription_count, GRAPH_LIMIT):
-                raise RunError(f"--pulse: no node reads {topic}")
-            frame = str(self._values["controller"]["frame_prefix"]) + conversions.BODY
-            for wrench, limit in (((force, 0.0), PULSE), ((0.0, 0.0), PAUSE), ((0.0, moment), PULSE)):
-                self._command(publisher, frame, wrench, limit)
+                raise RunError(f"--pulse: no node reads {role.topic}")
+            for command, limit in (((ahead, 0.0), PULSE), ((0.0, 0.0), PAUSE), ((0.0, turn), PULSE)):
+                self._command(send, command, limit)
+            if self._by_velocity:  # the stack has a time-out of its own, which may be long
+                self._command(send, (0.0, 0.0), PAUSE)
             self.listen(PULSE + PAUSE)
         finally:
+            for _ in range(LAST_COMMANDS if self._by_velocity else 0):  # also where a person ends it
+                send((0.0, 0.0))
             self._remote.node.destroy_publisher(publisher)
 
-    def _command(self, publisher: Any, frame: str, wrench: tuple[float, float], limit: float) -> None:
+    def _refuse_others(self, roles: dict[str, Role]) -> None:
+        """Raise an error where another node could command while a pulse does."""
+        drive = self._remote.name("drive")
+        for topic in {roles["command"].topic, roles["output" if self._by_velocity else "command"].topic}:
+            infos = self._remote.node.get_publishers_info_by_topic(topic)
+            names = [f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos]
+            if others := [name.rpartition("/")[2] for name in names if name != drive]:
+                raise RunError(f"--pulse is not possible while {', '.join(others)} publishes {topic}: end it first")
+
+    def _refuse_above(self, ahead: float, turn: float) -> None:
+        """Raise an error where a velocity is above the limit of the drive."""
+        limits = ("surge_speed_limit", "yaw_rate_limit")
+        for value, name, unit in zip((ahead, turn), limits, self.units, strict=True):
+            if abs(value) > float(self._values["drive"][name]):
+                limit = f"drive.{name} = {self._values['drive'][name]:g}"
+                raise RunError(f"--pulse of {value:g} {unit} is not allowed: drive.form = cmd_vel takes at most {limit} {unit}")
+
+    def _sender(self, publisher: Any, role: Role) -> Callable[[tuple[float, float]], None]:
+        """What publishes a command as a message of the topic's type."""
+        prefix = str(self._values["drive" if self._by_velocity else "controller"]["frame_prefix"])
+
+        def send(command: tuple[float, float]) -> None:
+            stamp = self._remote.node.get_clock().now().to_msg()
+            if not self._by_velocity:
+                message = conversions.new_wrench()
+                conversions.write_wrench(message, stamp, command)
+                message.header.frame_id = prefix + conversions.BODY
+                publisher.publish(message)
+                return
+            twist = Twist()
+            twist.linear.x, twist.angular.z = command
+            if role.kinds[0] == types.TWIST:
+                publisher.publish(twist)
+                return
+            stamped = TwistStamped(twist=twist)
+            stamped.header.stamp, stamped.header.frame_id = stamp, prefix + conversions.BODY
+            publisher.publish(stamped)
+
+        return send
+
+    def _command(self, send: Callable[[tuple[float, float]], None], command: tuple[float, float], limit: float) -> None:
         end = time.monotonic() + limit
         while time.monotonic() < end:
-            message = conversions.new_wrench()
-            conversions.write_wrench(message, self._remote.node.get_clock().now().to_msg(), wrench)
-            message.header.frame_id = frame
-            publisher.publish(message)
+            send(command)
             self.listen(1.0 / PULSE_RATE)
 
     def connection(self) -> Connection:
         """The connection as it has been observed so far."""
         topics = {name: self._topic(name) for name, _ in self._remote.node.get_topic_names_and_types()}
-        levels = {DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
         made = connection_of(
             self._values,
             self._names,
@@ -184,11 +239,18 @@ class LiveConnection:
             simulated=self._simulated,
             events=tuple(self._events),
             reasons=tuple(reason.name for reason in Reason if int(reason) in self._reasons),
-            statuses={name: (levels[level], text) for name, (level, text) in self._statuses.items() if level in levels},
+            statuses=self._problems(),
         )
         # Before the controller is started, such as for a pulse, nothing needs a reference.
         needed = tuple(role for role in made.roles if role.name != "reference" or "controller" in self._running)
         return made._replace(roles=needed)
+
+    def _problems(self) -> dict[str, tuple[str, str]]:
+        """Level and text of what the nodes report; in standby, or without a controller, no command is as it must be."""
+        levels = {DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
+        waits = self._operation == ControlState.STANDBY
+        found = {name: (levels[level], text) for name, (level, text) in self._statuses.items() if level in levels}
+        return {name: (level, text) for name, (level, text) in found.items() if not (waits and NO_COMMAND in text)}
 
     def _topic(self, name: str) -> Topic:
         node, received = self._remote.node, self._received.get(name, [])

@@ -78,8 +78,7 @@ class Connections:
         """Which of some topics has more than one publisher; empty when none has."""
         for topic in topics:
             if (publishers := self._node.count_publishers(topic)) > 1:
-                name = self._node.resolve_topic_name(topic)
-                return f"{name} has {publishers} publishers and takes one: does another run use this ROS domain and namespace?"
+                return shared_text(self._node, self._node.resolve_topic_name(topic), publishers)
         return ""
 
     def missing(self) -> list[str]:
@@ -122,6 +121,28 @@ class Connections:
 def _node_of(endpoint: Any) -> tuple[str, str]:
     """Namespace and name of the node that an endpoint of a topic belongs to."""
     return endpoint.node_namespace, endpoint.node_name
+
+
+UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""What the middleware calls a node whose name has not been discovered."""
+
+
+def publishing(node: Node, topic: str) -> list[str]:
+    """The full names of the nodes that publish a topic, once for each publisher, as far as they are known.
+
+    Args:
+        node: Whose view of the ROS graph is used.
+        topic: Full name.
+    """
+    nodes = map(_node_of, node.get_publishers_info_by_topic(topic))
+    return sorted(f"{space.rstrip('/')}/{name}" for space, name in nodes if name != UNKNOWN)
+
+
+def shared_text(node: Node, topic: str, publishers: int) -> str:
+    """That a topic has more publishers than the one it takes, with the names of their nodes."""
+    names = ", ".join(publishing(node, topic))
+    text = f"{topic} has {publishers} publishers and takes one: does another run use this ROS domain and namespace?"
+    return f"{text} They are {names}" if names else text
 
 
 SETTLED = 2.0
@@ -175,7 +196,14 @@ class Publishers:
         """That the topic has more publishers than the one it takes; empty if it has not."""
         if (living := self.count()) <= 1:
             return ""
-        return f"{self._topic} has {living} publishers and takes one: does another run use this ROS domain and namespace?"
+        return shared_text(self._node, self._topic, living)
+
+    def others(self) -> str:
+        """The names of the other nodes that publish the topic, among them one of the same name as this node."""
+        names, own = publishing(self._node, self._topic), self._node.get_fully_qualified_name()
+        if own in names:
+            names.remove(own)
+        return ", ".join(names) or "a node whose name is not known yet"
 
     def _own(self) -> int:
         """The number of publishers of this process, of whose life DDS sends it no sign."""

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -16,7 +17,7 @@ from vessel_hsmc_ros.law.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.control_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
@@ -26,6 +27,7 @@ from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.safety.enabling import hull_problem
 from vessel_hsmc_ros.safety.monitors import Alarm
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
@@ -49,6 +51,19 @@ class ControllerNode(TimedNode):
     """
 
     NAME = "controller"
+    FIXED = frozenset(
+        {
+            "lockstep",
+            "rate_hz",
+            "recorded",
+            "frame_prefix",
+            "odometry",
+            "observer.enabled",
+            "black_box",
+            "ride_through",
+            "autostart",
+        }
+    )
 
     def __init__(self, **options: Any) -> None:
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
@@ -60,15 +75,18 @@ class ControllerNode(TimedNode):
         self.inputs = ControllerInputs(self, self.loop)
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
         self._clock_step = RecentProblem()
-        self._begun, self._zeros = False, LAST_COMMANDS
+        self._begun, self._zeros = not (p.autostart or p.lockstep), LAST_COMMANDS
+        self._outdated = False
         self._alarms: dict[Reason, Alarm] = {}
+        self._violations: Counter[Reason] = Counter()
         self._known = self.loop.law.known
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.health = ControlDiagnostics(self.loop, p.lockstep)
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
         self.reporter.offer("reset", self._reset)
-        self.manage()
+        self._unfit = self._why_unfit()
+        self.manage(p.autostart or p.lockstep)
         if p.lockstep:
             self.activate_quietly()
         else:
@@ -93,6 +111,16 @@ class ControllerNode(TimedNode):
     def describe(self) -> str:
         """The law and its rate."""
         return f"law {self.parameters.law} at {self.parameters.rate_hz:g} Hz"
+
+    def announce(self) -> None:
+        """Log what the node does, and in standby how to enable it, or why it will not be."""
+        super().announce()
+        service = self.resolve_service_name("~/enable")
+        if self._unfit:
+            self.get_logger().error(f"standby, and {service} will be refused: {self._unfit}")
+        elif not self.parameters.lockstep and not self.parameters.start_enabled:
+            command = f"ros2 service call {service} std_srvs/srv/SetBool '{{data: true}}'"
+            self.get_logger().info(f"standby: nothing is commanded; enable by {command}")
 
     def on_connected(self) -> None:
         """In lockstep, answer odometry received before the start; in real time, warn of a law that tolerates no delay."""
@@ -149,20 +177,23 @@ class ControllerNode(TimedNode):
         if terms is not None and self.loop.estimate is not None:
             conversions.write_odometry(self._estimate, time_stamp, self.loop.estimate)
             self.send(self._estimate_out, self._estimate)
-        starts = self.parameters.start_enabled and not self.parameters.lockstep
+        starts = self.parameters.start_enabled and not self.parameters.lockstep and not self._unfit
         if not self._begun and starts and not self._steps.ready():
             self.activate_quietly()
 
     def _report_alarms(self) -> None:
-        """Log each monitor that begins to warn or to demand the safe action, and what it has found."""
+        """Log each monitor that begins to warn or to demand the safe action, and what it or the output guard has found."""
         for monitor in self.loop.watch.monitors if self.loop.watch else ():
             if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
                 text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
                 if monitor.alarm is Alarm.SAFE:
-                    self.get_logger().error(f"{text}; the safe action is commanded")
+                    self.get_logger().error(f"{text}; {self.loop.supervision.consequence}")
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm
+        for reason in self.loop.supervision.violations - self._violations:
+            self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
+        self._violations = self.loop.supervision.violations.copy()
 
     def _report_actuators(self) -> None:
         """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""
@@ -178,19 +209,48 @@ class ControllerNode(TimedNode):
         """Whether the law is stepped, for its command or its terms."""
         return self.lifecycle in ("active", "inactive")
 
+    def configure(self) -> None:
+        """Make the control loop anew where parameters have been set since it was made; a stop stays latched.
+
+        Raises:
+            VesselHsmcError: the law cannot be made with them.
+        """
+        if not self._outdated:
+            return
+        p, stopped = self.parameters, self.loop.supervision.operation is Operation.STOPPED
+        self.loop = make_control_loop(p)
+        self.loop.supervision.standby()
+        if stopped:
+            self.loop.supervision.stop()
+        self.inputs = ControllerInputs(self, self.loop)
+        self.health = ControlDiagnostics(self.loop, p.lockstep)
+        self._known, self._alarms, self._violations = self.loop.law.known, {}, Counter()
+        self._steps.renewed()
+        self._outdated, self._unfit = False, self._why_unfit()
+        self.get_logger().info(f"configured: {self.describe()}")
+
+    def _why_unfit(self) -> str:
+        """Why no command is to be sent with these parameters; a plant in lockstep is simulated, where nothing breaks."""
+        return "" if self.parameters.lockstep else self.missed or hull_problem(self.parameters.vessel, self.given)
+
     def begin(self) -> None:
         """Let the law command.
 
         Raises:
-            RefusalError: an input, a consumer or a command of a person is missing; with the reason.
+            RefusalError: an input, a consumer or a command of a person is missing, the vessel is not described, or the reference
+                is too far away; with the reason.
         """
+        if problem := self._unfit or ("" if self.parameters.lockstep else self.inputs.distance_problem()):
+            raise RefusalError(problem)
         if refused := self.loop.supervision.activate(self._steps.ready()):
-            raise RefusalError(self._refusal_text(refused))
+            raise RefusalError(self.refusal_text(refused))
         self._begun = True
 
-    def _refusal_text(self, reason: Reason) -> str:
+    def refusal_text(self, reason: Reason) -> str:
         """The text of a reason, with the topic that it is about."""
-        if reason in (Reason.NO_CONSUMER, Reason.SECOND_PUBLISHER):
+        if reason is Reason.SECOND_PUBLISHER:
+            return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}: {self._commanding.others()}"
+        if reason is Reason.NO_CONSUMER:
             return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}"
         overdue = self._steps.overdue()
         text = self.inputs.monitor.named(overdue[0], reason) if overdue and overdue[1] is reason else reason.text
@@ -241,11 +301,15 @@ class ControllerNode(TimedNode):
         super().close()
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Apply changed gains of the law; the network weights are kept.
+        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured.
 
         Raises:
             ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
         """
+        if self.lifecycle == "unconfigured" and not parameters.lockstep:
+            make_control_loop(parameters)
+            self._outdated = True
+            return
         gains = getattr(parameters, parameters.law)
         if gains != getattr(self.parameters, parameters.law):
             self.loop.retune(gains)
@@ -273,7 +337,8 @@ class ControllerNode(TimedNode):
             "compute_time_max": self._compute_time_max,
         }
         clock = (WARN, self.clock_problem) if self.clock_problem else self._clock_step.current
-        return *(clock or self.inputs.monitor.status() or operation_status(supervision)), values
+        unfit = (WARN, f"standby: {self._unfit}") if self._unfit else None
+        return *(clock or unfit or self.inputs.monitor.status() or operation_status(supervision)), values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """The node as a whole, its inputs, its output guard, and the health of law and timing."""

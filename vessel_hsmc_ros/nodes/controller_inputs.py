@@ -19,6 +19,7 @@ from vessel_hsmc_ros.messages.state_columns import POSITION_VARIANCES
 from vessel_hsmc_ros.nodes.base import DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.nodes.reporting import ages
+from vessel_hsmc_ros.safety.enabling import distance_problem
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.safety.samples import Jumps, Sample, Verdict
 
@@ -163,7 +164,7 @@ class ControllerInputs:
         missing = self.monitor.overdue(now, received_now) or self._held_out(now)
         if missing or self._measured is None or self._desired is None:
             name, why = missing or ("odometry", Reason.NOT_RECEIVED)
-            self.monitor.report_overdue(name, why, now)
+            self.monitor.report_overdue(name, why, now, self._loop.supervision.consequence)
             self._loop.skip(elapsed, reason or self._forgotten or why)
             return None
         self._forgotten = Reason.NONE
@@ -176,8 +177,15 @@ class ControllerInputs:
         except LawError:  # an error in its code, after which its internal state cannot be trusted
             raise
         except ControlError as error:
-            self.monitor.report(f"{error}; the safe action is commanded")
+            self.monitor.report(f"{error}; {self._loop.supervision.consequence}")
             return None
+
+    def distance_problem(self) -> str:
+        """That the reference is farther from the vessel than one that is meant; empty if it is not, or is not known."""
+        if self._measured is None or self._desired is None:
+            return ""
+        p = self._node.parameters
+        return distance_problem(self._measured[1], self._desired.motion, p.vessel.length, p.safety.enable_distance)
 
     def _held_out(self, now: int) -> tuple[str, Reason] | None:
         """That all odometry for the time-out was held out as jumps, so that its last good sample is too old."""

@@ -58,8 +58,10 @@ class RealTime(Timing):
         return self._node.now() if self._simulated else time.monotonic_ns()
 
     def take_odometry(self, measured: Measured) -> None:
-        """Take odometry; the first fixes the phase of the control periods."""
-        node = self._node
+        """Take odometry; the first fixes the phase of the control periods, also after silence or a step of the clock."""
+        node, missing = self._node, self.overdue()
+        if missing and missing[0] == "odometry":  # by another clock, or of a sensor that was started again: of another phase
+            self._locked = False
         if node.inputs.take_odometry(measured, node.now(), self.received()) and node.connected and not self._locked:
             self._lock_phase(measured.sample.stamp)
 
@@ -81,6 +83,10 @@ class RealTime(Timing):
         if not self._alone:
             return Reason.SECOND_PUBLISHER
         return Reason.NONE if node.has_consumer() else Reason.NO_CONSUMER
+
+    def renewed(self) -> None:
+        """Let the next odometry fix the phase of the control periods."""
+        self._locked = False
 
     def stopped(self) -> None:
         """Command zero at once."""
@@ -132,6 +138,8 @@ class RealTime(Timing):
         """Look for a clock that has not begun or was stepped, and for a second publisher of the command."""
         node, now = self._node, self._node.now()
         self._alone = not node.second_publisher()
+        if not self._alone:
+            node.get_logger().error(node.refusal_text(Reason.SECOND_PUBLISHER), throttle_duration_sec=WARNING_PERIOD)
         if self._simulated:
             node.clock_problem = self._standstill(now)
             if node.clock_problem:

@@ -57,6 +57,10 @@ class TimedNode(ManagedNode):
     def second_publisher(self) -> bool:
         """Whether another node commands as well."""
 
+    @abstractmethod
+    def refusal_text(self, reason: Reason) -> str:
+        """The text of a reason, with the topic that it is about."""
+
 
 class Timing(ABC):
     """When the law runs, and on which inputs.
@@ -97,6 +101,9 @@ class Timing(ABC):
     def ready(self) -> Reason:
         """What is missing before the law may command; NONE if nothing is."""
         return Reason.NONE
+
+    def renewed(self) -> None:  # noqa: B027 - in lockstep the plant counts the steps
+        """Begin the control periods of a new control loop."""
 
     def stopped(self) -> None:  # noqa: B027 - in lockstep there is nothing to do
         """Act on a stop; in lockstep, the command of the next step is zero."""

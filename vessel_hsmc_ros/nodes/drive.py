@@ -18,7 +18,8 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
+from vessel_hsmc_ros.nodes.command_input import NO_COMMAND, Command, CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite, is_finite
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
@@ -62,7 +63,7 @@ class ThrustInput:
         if self._problem.current:
             return self._problem.current
         if topic := self._overdue():
-            return WARN, f"no recent command on {self._node.resolve_topic_name(topic)}"
+            return WARN, f"{NO_COMMAND} {self._node.resolve_topic_name(topic)}"
         return None
 
     def values(self) -> dict[str, Any]:
@@ -181,15 +182,16 @@ class DriveNode(VesselNode):
             return None
         if state.operation != ControlState.ACTIVE:
             return None
-        u, r = state.commanded_surge_velocity, state.commanded_yaw_rate
-        if not (math.isfinite(u) and math.isfinite(r)):
-            self._report("the law commands no surge speed and yaw rate: for cmd_vel use one that does, such as guided")
-            return None
+        u, r, lacking = state.commanded_surge_velocity, state.commanded_yaw_rate, "surge speed and yaw rate"
         if p.response_time:
             # By the surfaces, the difference of the motion and what is commanded, the motion itself is known.
             force, moment = wrench
             u += state.surge_surface + p.response_time * force / p.surge_inertia
             r += state.yaw_surface + p.response_time * moment / p.yaw_inertia
+            lacking = "surge speed and yaw rate with their surfaces, which response_time > 0 needs"
+        if not is_finite((u, r)):
+            self._report(f"the law commands no {lacking}: for cmd_vel use one that does, such as guided")
+            return None
         return clip(u, p.surge_speed_limit), clip(r, p.yaw_rate_limit)
 
     def _on_timer(self) -> None:
@@ -206,7 +208,7 @@ class DriveNode(VesselNode):
         self._publish(tuple(share * part for part in self._command))
 
     def _publish(self, command: tuple[float, ...]) -> None:
-        p = self.parameters
+        p, command = self.parameters, finite(command, self._report)
         if p.form == "pwm":
             for publisher, thrust, sign in zip(self._outputs.values(), command, p.pwm.signs(), strict=True):
                 pulse = p.pwm.neutral + sign * (self._curve.pulse(thrust) - p.pwm.neutral)

@@ -115,21 +115,28 @@ class InputMonitor:
         """The text of a reason, with its input and the input's topic."""
         return f"{name} on {self._node.resolve_topic_name(self._topics[name])}: {reason.text}"
 
-    def report_overdue(self, name: str, reason: Reason, now: int) -> None:
-        """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
+    def report_overdue(self, name: str, reason: Reason, now: int, consequence: str) -> None:
+        """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error.
+
+        Args:
+            name: The input.
+            reason: Why it does not count.
+            now: ROS time, ns.
+            consequence: What is commanded without it.
+        """
         self.fresh[name] = 0
         topic = self._topics[name]
         if reason in (Reason.NOT_RECEIVED, Reason.JUMP):
             return  # `check` names the former, and each sample that is held out is reported
         if not self._node.count_publishers(topic):
-            text = f"no {name}: {topic} no longer has a publisher; the safe action is commanded"
+            text = f"no {name}: {topic} no longer has a publisher; {consequence}"
             self._problem.report(DiagnosticStatus.WARN, text)
             self._node.get_logger().warning(text, throttle_duration_sec=WARNING_PERIOD)
         elif not self._refusal.current:
             why = "" if reason is Reason.OVERDUE else f", {reason.text}"
             if reason in (Reason.STAMP_OLD, Reason.STAMP_FUTURE) and name in self._stamps:
                 why = f" by its stamp, of {seconds(self._stamps[name] - now):+.3g} s"
-            self.report(f"no {name} for {self._timeout:g} s{why}: the safe action is commanded")
+            self.report(f"no {name} for {self._timeout:g} s{why}: {consequence}")
 
     def check(self, pending: int | None = None) -> None:
         """Warn if the law could not run, for the same reason as at the last call.
@@ -186,7 +193,7 @@ class InputMonitor:
         pairs = zip((sample.frame, sample.child_frame), freshness.frames, strict=True)
         given, needed = zip(*((repr(frame), " or ".join(map(repr, allowed))) for frame, allowed in pairs if allowed), strict=True)
         before = " as before" if freshness.narrowed else ""
-        remedy = "frames_checked: false takes any"
+        remedy = "safety.freshness.frames_checked: false takes any"
         return f"frame {' and '.join(given)} is not allowed: it must be {' and '.join(needed)}{before}; {remedy}"
 
     def narrow(self, name: str, frames: tuple[str, ...]) -> None:

@@ -7,17 +7,19 @@
 | `~/enable` true, `... activate` | inactive -> active | the node commands; refused with a reason unless it is ready |
 | `~/enable` false, `... deactivate` | active -> inactive | standby: the node computes and commands nothing |
 | `~/stop` | active -> inactive | zero at once, latched until `~/rearm`, which leads to standby |
-| `... cleanup` | inactive -> unconfigured | the node computes nothing either; `configure` leads back to standby |
+| `... cleanup` | inactive -> unconfigured | the node computes nothing either; more of its parameters can be set |
+| `... configure` | unconfigured -> inactive | standby, with the parameters of now |
 | `... shutdown` | any -> finalized | as unconfigured, for good |
 """
 
 from abc import abstractmethod
-from typing import Any
+from typing import Any, ClassVar
 
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 from std_srvs.srv import SetBool
 
-from vessel_hsmc_ros.core.exceptions import RefusalError
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import RefusalError, VesselHsmcError
 from vessel_hsmc_ros.nodes.base import VesselNode, refuse_failed_requests
 
 STANDBY = "disabled: in standby, nothing is commanded"
@@ -28,20 +30,26 @@ DONE, REFUSED = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILU
 class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     """Base of a node that commands actuators.
 
-    It configures itself when its subclass calls `manage`, so that a node that is started by hand works without a lifecycle
-    manager.
+    Unless told otherwise it configures itself when its subclass calls `manage`, so that a node that is started by hand works
+    without a lifecycle manager. In real time, its parameters can be set while it is unconfigured.
     """
+
+    FIXED: ClassVar[frozenset[str]] = frozenset()
+    """Names of the parameters, or of whole groups, that topics and timers are made of: these are fixed at the start."""
 
     def __init__(self, **options: Any) -> None:
         VesselNode.__init__(self, **options)
         self._refusal = ""
         self._quiet = False
 
-    def manage(self) -> None:
-        """Offer the transitions and services; the node is then inactive."""
+    def manage(self, autostart: bool) -> None:
+        """Offer the transitions and services; with `autostart` the node is then inactive, else unconfigured."""
         LifecycleNodeMixin.__init__(self)
         refuse_failed_requests(self, [self._service_change_state])
-        self.trigger_configure()
+        if autostart:
+            self.trigger_configure()
+        else:
+            self._lock(False)
         self.create_service(SetBool, "~/enable", self._serve_enable)
         self.reporter.offer("stop", self._stop)
         self.reporter.offer("rearm", self._rearm)
@@ -51,7 +59,22 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
         super().destroy_node()
         self._state_machine.destroy_when_not_in_use()
 
+    def _lock(self, locked: bool) -> None:
+        """Let the parameters that cannot be changed while the node computes be read-only, or not."""
+        for name, entry in schema.entries(self.PARAMETERS).items():
+            fixed = self.parameters.lockstep or entry.tunable or not self.FIXED.isdisjoint((name, name.partition(".")[0]))
+            if not fixed:
+                self.describe_parameter(name).read_only = locked
+
     # -- for subclasses -----------------------------------------------------------------------------------------------
+
+    @abstractmethod
+    def configure(self) -> None:
+        """Take the present parameters.
+
+        Raises:
+            VesselHsmcError: they are not allowed; the node stays unconfigured.
+        """
 
     @abstractmethod
     def begin(self) -> None:
@@ -124,6 +147,23 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
         return "rearmed: in standby until ~/enable"
 
     # -- transitions --------------------------------------------------------------------------------------------------
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Take the present parameters; the node then computes."""
+        del state
+        try:
+            self.configure()
+        except VesselHsmcError as error:
+            self.get_logger().error(f"not configured: {error}")
+            return REFUSED
+        self._lock(True)
+        return DONE
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let the parameters be set."""
+        del state
+        self._lock(False)
+        return DONE
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to command, unless the node is not ready."""

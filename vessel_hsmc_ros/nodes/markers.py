@@ -7,7 +7,7 @@ import math
 import sys
 from typing import Any
 
-from geometry_msgs.msg import Point, PoseStamped, TransformStamped
+from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import ColorRGBA
 from vessel_hsmc_msgs.msg import ReferenceState
@@ -18,6 +18,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.transforms import transform_of
 from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
 SPACING = 0.5
@@ -27,7 +28,7 @@ COLOURS = {"ship": (0.0, 0.45, 0.70, 0.9), "reference": (0.84, 0.37, 0.0, 0.4)}
 
 
 class MarkerNode(VesselNode):
-    """Publishes `markers`, `ship/path`, `reference/path`, and where tf2_msgs is installed /tf, in the frames of the odometry."""
+    """Publishes `markers`, `ship/path`, `reference/path`, and /tf where tf2_msgs is installed, in the frames of the odometry."""
 
     NAME = "markers"
     PARAMETERS = MarkerParameters
@@ -41,7 +42,7 @@ class MarkerNode(VesselNode):
         self._markers = MarkerArray(markers=[self._marker(number, name) for number, name in enumerate(COLOURS)])
         self._marker_publisher = self.create_publisher(MarkerArray, "markers", qos.STREAM)
         self._path_publishers = {name: self.create_publisher(Path, f"{name}/path", qos.STREAM) for name in COLOURS}
-        self._transforms = self._transform_publisher()
+        self._transforms = self._transform_publisher() if self.parameters.publish_tf else None
         for kind, topic, name in ((Odometry, "odom", "ship"), (ReferenceState, "reference", "reference")):
             subscription = self.create_subscription(kind, topic, self._keeper(name), qos.LATEST)
             self.direct_subscriptions.append(subscription)
@@ -86,7 +87,7 @@ class MarkerNode(VesselNode):
         if known:
             self._marker_publisher.publish(MarkerArray(markers=known))
         if self._transforms and "ship" in self._latest:
-            self._transforms.publish(self._transform_message(transforms=[self._transform()]))
+            self._transforms.publish(self._transform_message(transforms=[transform_of(self._latest["ship"])]))
 
     def _extend(self, name: str, marker: Marker) -> None:
         """Append the pose of a marker to a path if it is at least SPACING from the last one."""
@@ -102,15 +103,6 @@ class MarkerNode(VesselNode):
         for name, publisher in self._path_publishers.items():
             if self._paths[name].poses and publisher.get_subscription_count():
                 publisher.publish(self._paths[name])
-
-    def _transform(self) -> TransformStamped:
-        message = self._latest["ship"]
-        transform = TransformStamped(header=message.header, child_frame_id=message.child_frame_id)
-        position = message.pose.pose.position
-        translation = transform.transform.translation
-        translation.x, translation.y, translation.z = position.x, position.y, position.z
-        transform.transform.rotation = message.pose.pose.orientation
-        return transform
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of poses in each path."""

@@ -31,6 +31,7 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.nodes.takeover import Takeover
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.safety.handover import Handover, Sticks
 from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters
 
@@ -86,6 +87,7 @@ class MavlinkNode(VesselNode):
         self._odometry = self.framed(conversions.new_odometry())
         self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, p.stream_rate or SLOW_STREAM_RATE))
         self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
         self._commands = Commands(self, self._link, self._sticks, self._refuse)
@@ -122,10 +124,10 @@ class MavlinkNode(VesselNode):
         if all(map(math.isfinite, values)):
             self._attitude = Attitude(m.time_boot_ms * 1e-3, *values)
 
-    def _on_position(self, m: Any, _: float) -> None:
+    def _on_position(self, m: Any, now: float) -> None:
         position = Position(m.time_boot_ms * 1e-3, m.x, m.y, m.vx, m.vy)
         reboots = self._boot.reboots
-        stamp = self._boot.time(position.time, self.now() / NANOSECONDS)
+        stamp = self.now() - round(self._boot.age(position.time, now) * NANOSECONDS)
         if self._boot.reboots > reboots:
             self._attitude = None
             self._handover.take_over("the autopilot has been restarted")
@@ -133,8 +135,9 @@ class MavlinkNode(VesselNode):
             self._refuse(f"no odometry: {reason}")
             return
         state = motion(position, self._attitude)  # type: ignore[arg-type] # there is one: otherwise unusable
-        conversions.write_odometry(self._odometry, conversions.time_message(round(stamp * NANOSECONDS)), state)
+        conversions.write_odometry(self._odometry, conversions.time_message(stamp), state)
         self.send(self._odometry_out, self._odometry)
+        self._publish_transform(self._odometry)
 
     def _unusable(self, position: Position) -> str:
         """Why a position makes no odometry; empty if it does."""

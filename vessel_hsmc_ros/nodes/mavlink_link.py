@@ -18,6 +18,7 @@ from vessel_hsmc_ros.messages.mavlink import RELEASED, YAW_RATE_AND_THRUST, Puls
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
 from vessel_hsmc_ros.safety.handover import Sticks
 
 MOST_MESSAGES = 500
@@ -206,7 +207,7 @@ class Commands:
 
     def send(self, command: Shares) -> None:
         """Send a command to the autopilot."""
-        p = self._p
+        p, command = self._p, finite(command, self._refuse)
         if p.form == "guided":
             self._link.velocity(command[0], -command[1])
             return

@@ -14,18 +14,23 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion, heading_from_quaternion, in_body_frame, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.geodesy import Plane
+from vessel_hsmc_ros.messages.epochs import Epochs
+from vessel_hsmc_ros.messages.geodesy import FARTHEST, Plane, exchanged
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.scenario.watcher_parameters import NavsatOdometryParameters
 
 RATE = 10.0
 """Rate of fixes that the deadline of the odometry is offered for, Hz."""
 
-EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading", "antennas": "fix_2"}
-"""The topic of each source of the heading."""
+EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading"}
+"""The topic of each source of the heading, but for two antennas."""
+
+BASE_LINE = 0.1, 1e3
+"""Least and largest distance of two antennas, m: the same fix on both topics has no heading."""
 
 
 class Heading(NamedTuple):
@@ -39,8 +44,9 @@ class Heading(NamedTuple):
 class NavsatOdometryNode(VesselNode):
     """Publishes odometry for each satellite fix, in the plane of a datum: x to the east, y to the north.
 
-    The position is that of the vessel's origin, not of the antenna. A fix without a heading of its time is not published, and
-    reported. The services fromLL and toLL of robot_localization are offered where its package is installed.
+    The position is that of the vessel's origin, not of the antenna. A fix without a heading of its time, or far from the datum,
+    is not published, and reported. Without the parameter, the datum is the first fix that the next one agrees with. The services
+    fromLL and toLL of robot_localization are offered where its package is installed.
     """
 
     NAME = "navsat_odom"
@@ -53,7 +59,8 @@ class NavsatOdometryNode(VesselNode):
             raise ParameterError("navsat_odom.lockstep = True is not allowed: sensors work in real time")
         self._plane = Plane(*p.datum) if p.datum else None
         self._heading: Heading | None = None
-        self._second: NavSatFix | None = None
+        self._first: NavSatFix | None = None
+        self._epochs: Epochs[NavSatFix] = Epochs(round(p.timeout * NANOSECONDS))
         self._velocity: tuple[int, float, float] | None = None
         self._course: tuple[int, float] | None = None
         self._problem = RecentProblem()
@@ -63,6 +70,7 @@ class NavsatOdometryNode(VesselNode):
         self._odometry = self.framed(self._odometry)
         self._out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
         self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
         self._subscribe(p.heading, p.velocity)
         self._offer_conversions()
 
@@ -117,8 +125,8 @@ class NavsatOdometryNode(VesselNode):
         self._heading = Heading(conversions.nanoseconds(stamp), psi, rate)
 
     def _on_second_fix(self, message: NavSatFix) -> None:
-        if self._is_good(message, "fix_2"):
-            self._second = message
+        if self._is_good(message, "fix_2") and (self._plane is None or self._is_near(self._plane, message, "fix_2")):
+            self._pair(1, message)
 
     def _on_velocity(self, message: TwistStamped) -> None:
         velocity = message.twist.linear
@@ -140,17 +148,46 @@ class NavsatOdometryNode(VesselNode):
         self._fixes += 1
         if not self._is_good(message, "fix"):
             return
-        if self._plane is None:
-            self._plane = Plane(message.latitude, message.longitude)
-            text = f"datum: the first fix, {message.latitude:.8f}, {message.longitude:.8f}; the parameter datum keeps it"
-            self.get_logger().info(text)
+        plane = self._plane = self._plane or self._agreed(message)
+        if plane is None or not self._is_near(plane, message, "fix"):
+            return
+        if self.parameters.heading == "antennas":
+            self._pair(0, message)
+            return
         stamp = conversions.nanoseconds(message.header.stamp)
-        heading = self._between_antennas(message) if self.parameters.heading == "antennas" else self._at(stamp)
+        heading = self._at(stamp)
         if heading is None:
             topic = self.resolve_topic_name(EXPECTED[self.parameters.heading])
             self._refuse(f"fix without a heading of its time on {topic}, within {self.parameters.timeout:g} s, is not published")
             return
-        self._publish(message, stamp, heading)
+        self._publish(plane, message, stamp, heading)
+
+    def _agreed(self, message: NavSatFix) -> Plane | None:
+        """The plane of the fix before, if this one agrees with it: a receiver may begin with a fix of another place."""
+        first, self._first = self._first, message
+        if first is None:
+            return None
+        plane = Plane(first.latitude, first.longitude)
+        if (distance := plane.distance(message.latitude, message.longitude)) > FARTHEST:
+            self._refuse(f"two fixes that give the datum must be within 50 km of each other (got {distance / 1e3:.0f} km)")
+            return None
+        text = f"datum: the first fix, {first.latitude:.8f}, {first.longitude:.8f}; the parameter datum keeps it"
+        self.get_logger().info(text)
+        return plane
+
+    def _is_near(self, plane: Plane, message: NavSatFix, name: str) -> bool:
+        """Whether a fix is as near to the datum as those of a boat can be."""
+        distance = plane.distance(message.latitude, message.longitude)
+        if distance <= FARTHEST:
+            return True
+        hint = "was the first fix wrong? A restart takes another one"
+        if self.parameters.datum:
+            hint = "is the datum of another place?"
+            if exchanged(plane, message.latitude, message.longitude):
+                hint = "are latitude and longitude of the datum exchanged?"
+        datum, place = (f"{p.latitude:.5f}, {p.longitude:.5f}" for p in (plane, message))
+        self._refuse(f"{name} must be within 50 km of the datum {datum} (got {distance / 1e3:.0f} km, at {place}): {hint}")
+        return False
 
     def _is_good(self, message: NavSatFix, name: str) -> bool:
         """Whether a message has a fix; drivers that leave the status unknown have a position."""
@@ -171,24 +208,36 @@ class NavsatOdometryNode(VesselNode):
             return None
         return Heading(stamp, last.psi + last.r * seconds(stamp - last.stamp), last.r)
 
-    def _between_antennas(self, message: NavSatFix) -> Heading | None:
-        """The heading by the line from one antenna to the other; None without a second fix of the same time."""
-        stamp, second = conversions.nanoseconds(message.header.stamp), self._second
-        if second is None or self._plane is None:
+    def _pair(self, source: int, message: NavSatFix) -> None:
+        """Take a fix of one of two antennas; one that completes an epoch gives odometry, whichever comes last."""
+        stamp = conversions.nanoseconds(message.header.stamp)
+        pair = self._epochs.take(source, stamp, message)
+        if pair is not None and self._plane is not None:
+            first, second = pair
+            if (heading := self._between_antennas(self._plane, first, second)) is not None:
+                self._publish(self._plane, first, heading.stamp, heading)
+        elif self._epochs.is_single(stamp):
+            within = 1e-9 * self._epochs.difference
+            self._refuse(f"no odometry: no fix and fix_2 are of one time, within {within:.3g} s, half of their interval at most")
+
+    def _between_antennas(self, plane: Plane, fix: NavSatFix, second: NavSatFix) -> Heading | None:
+        """The heading by the line from one antenna to the other; None where they are no two antennas of a vessel."""
+        stamp = conversions.nanoseconds(fix.header.stamp)
+        first, other = (plane.place(m.latitude, m.longitude) for m in (fix, second))
+        apart = math.hypot(other.x - first.x, other.y - first.y)
+        if not BASE_LINE[0] <= apart <= BASE_LINE[1]:
+            self._refuse(
+                f"fix and fix_2 must be {BASE_LINE[0]:g} m to {BASE_LINE[1]:g} m apart (got {apart:.3g} m): one antenna?"
+            )
             return None
-        if abs(stamp - conversions.nanoseconds(second.header.stamp)) > 0.1 * NANOSECONDS:
-            return None
-        first, other = (self._plane.place(m.latitude, m.longitude) for m in (message, second))
         psi = math.atan2(other.y - first.y, other.x - first.x) - first.convergence - self.parameters.heading_offset
         last, self._heading = self._heading, Heading(stamp, psi, 0.0)
         if last is None or not 0 < stamp - last.stamp < NANOSECONDS:
             return self._heading
         return Heading(stamp, psi, wrap(psi - last.psi) / seconds(stamp - last.stamp))
 
-    def _publish(self, fix: NavSatFix, stamp: int, heading: Heading) -> None:
-        if self._plane is None:
-            return
-        place, (ahead, port) = self._plane.place(fix.latitude, fix.longitude), self.parameters.antenna
+    def _publish(self, plane: Plane, fix: NavSatFix, stamp: int, heading: Heading) -> None:
+        place, (ahead, port) = plane.place(fix.latitude, fix.longitude), self.parameters.antenna
         psi = wrap(heading.psi + place.convergence)
         c, s = math.cos(psi), math.sin(psi)
         x, y = place.x - c * ahead + s * port, place.y - s * ahead - c * port
@@ -205,6 +254,7 @@ class NavsatOdometryNode(VesselNode):
         for k, number in ((0, 0), (7, 4)):
             self._odometry.pose.covariance[k] = float(covariance[number])
         self.send(self._out, self._odometry)
+        self._publish_transform(self._odometry)
         self._published += 1
 
     def _velocity_at(self, stamp: int) -> tuple[float, float]:
@@ -237,6 +287,7 @@ class NavsatOdometryNode(VesselNode):
         if self._plane is None:
             self._refuse("fromLL without a datum: there has been no fix")
         else:
+            self._is_near(self._plane, request.ll_point, "the point of fromLL")
             place = self._plane.place(request.ll_point.latitude, request.ll_point.longitude)
             response.map_point.x, response.map_point.y = place.x, place.y
         return response
@@ -258,6 +309,8 @@ class NavsatOdometryNode(VesselNode):
             return *self._problem.current, values
         if not self._fixes:
             return WARN, f"waiting for a fix on {self.resolve_topic_name('fix')}", values
+        if self._plane is None:
+            return WARN, "waiting for a second fix: the datum is the first one that the next agrees with", values
         return OK, "running", values
 
 

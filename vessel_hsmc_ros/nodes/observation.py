@@ -24,8 +24,9 @@ from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
 """Topics of which the latest message is shown."""
 
-SHORTEST_LOOK, FIRST_LOOK = 1.2, 5.0
-"""Shortest and longest wait for the diagnostics of all nodes, s, which publish them once a second."""
+SHORTEST_LOOK, LOOK, FIRST_LOOK = 1.2, 3.0, 5.0
+"""Waits before the first state, s: for nodes that publish diagnostics once a second; for inputs of a vessel of which something
+is received; for any message."""
 
 NECESSARY = set(LOOP) - {RECORDER, ALLOCATION}
 """The nodes without which there is no closed loop."""
@@ -57,7 +58,7 @@ class Snapshot(NamedTuple):
         ship, desired: States of ship and reference; None where no message has been received.
         wrench: Commanded surge force, N, and yaw moment, N·m; None likewise.
         limits: Of surge force and yaw moment; infinite without one.
-        ages: Wall time since the latest message of each input, s.
+        ages: Wall time since the latest message of each input, s; without those of which there was none.
         nodes: Diagnostics by node.
         events: The latest events, as `node kind: text`.
     """
@@ -95,7 +96,7 @@ class Observation:
             self._subscribe(Event, EVENTS, qos.EVENTS),
         ]
         began = time.monotonic()
-        remote.until(lambda: self._complete() and time.monotonic() - began > SHORTEST_LOOK, FIRST_LOOK)
+        remote.until(lambda: time.monotonic() - began > self._needed(), FIRST_LOOK)
         if not (self._nodes or self._latest):
             remote.require(PLANT, CONTROLLER)  # names what is there instead
             raise RunError(f"{remote.name('vessel_sim')} and {remote.name('controller')} published nothing for {FIRST_LOOK:g} s")
@@ -123,11 +124,14 @@ class Observation:
         # Taken by `_take` instead of by an executor, which would convert every message of a fast lockstep run.
         return topic, self._remote.node.create_subscription(kind, self._remote.name(topic), lambda _: None, profile)
 
-    def _complete(self) -> bool:
-        """Whether every node of a closed loop has published its diagnostics, and the controller its command."""
+    def _needed(self) -> float:
+        """The wait for what has been received up to now, s."""
         self._take()
-        # Without one of them, the first look takes as long as it may: discovery finds the nodes one after the other.
-        return self._nodes.keys() >= NECESSARY and "cmd_wrench" in self._latest
+        if not (self._nodes or self._latest):
+            return FIRST_LOOK
+        # A boat has no node of the plant. Discovery finds the nodes one after the other.
+        there = {node for node in NECESSARY if self._remote.name(node) in self._remote.nodes()}
+        return SHORTEST_LOOK if self._nodes.keys() >= there and self._latest.keys() >= INPUTS.keys() else LOOK
 
     def _take(self) -> None:
         for topic, subscription in self._subscriptions:

@@ -47,15 +47,19 @@ class ParameterCollector:
         self._calls: dict[str, int] = {}
         self._reported = 0
 
-    def request(self) -> None:
-        """Send requests to nodes that were discovered since the last call; call it periodically."""
+    def request(self, again: bool = True) -> None:
+        """Send requests to nodes that were discovered since the last call; call it periodically.
+
+        Args:
+            again: Whether the call counts for the repetition of requests.
+        """
         there = {f"{space.rstrip('/')}/{name}": (name, space) for name, space in self._node.get_node_names_and_namespaces()}
         # Clients of nodes that have answered or left are not needed any more.
         for name in [name for name in self._clients if name in self.parameters or name not in there]:
             self._destroy_clients(name)
         for name in list(self._clients):
-            self._calls[name] += 1
-            if self._calls[name] % RETRY_AFTER == 0:
+            self._calls[name] += again
+            if again and self._calls[name] % RETRY_AFTER == 0:
                 self._destroy_clients(name)
                 self._requested.discard(name)
         for full, (name, space) in there.items():

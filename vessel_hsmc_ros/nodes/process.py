@@ -10,25 +10,27 @@ import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
-from itertools import pairwise
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError, VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
 from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.node_parameters import in_ros_names
 from vessel_hsmc_ros.nodes.ros_environment import start_error
 from vessel_hsmc_ros.scenario import parameters
+from vessel_hsmc_ros.scenario.given_parameters import check_rules
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -115,11 +117,12 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
     except (RuntimeError, ValueError) as error:
         get_logger(node_class.NAME).fatal(f"cannot start: {start_error(error)}")
         return CANNOT_START
+    command_line = sys.argv[1:] if arguments is None else arguments
     try:
-        node = node_class()
-        check_rules(sys.argv[1:] if arguments is None else arguments, node.get_name(), node.get_namespace())
-    except (VesselHsmcError, RCLError) as error:
-        get_logger(node_class.NAME).fatal(start_error(error))
+        node = node_class(command_line=command_line)
+        check_rules(command_line, node.get_name(), node.get_namespace())
+    except (VesselHsmcError, RCLError, ParameterException) as error:
+        get_logger(node_class.NAME).fatal(in_ros_names(start_error(error), node_class.NAME))
         rclpy.shutdown(uninstall_handlers=False)
         return CANNOT_START
     try:
@@ -164,42 +167,6 @@ def _work(node: VesselNode, running: Callable[[], bool]) -> int:
                 node.close()  # an actuator must not be left with the last command, whatever has failed
             raise
     return code
-
-
-PARAMETER, REMAPPING = ("-p", "--param"), ("-r", "--remap")
-
-
-def check_rules(arguments: Sequence[str], name: str, namespace: str) -> None:
-    """Check that each rule with a node's name is one of this node.
-
-    In a rule of a parameter the name stands for the node in the root namespace, and no namespace can be written before it; in a
-    rule of a topic or service it stands for the node in every namespace.
-
-    Args:
-        arguments: The command line.
-        name: The node's name.
-        namespace: Its namespace, with a leading slash.
-
-    Raises:
-        ParameterError: a rule names another node; the message has the rule that would reach this one.
-    """
-    full = f"{namespace.rstrip('/')}/{name}"
-    for option, rule in _rules(arguments):
-        target, _, value = rule.partition(":=")
-        node, colon, key = target.partition(":")
-        if not colon or key.startswith("__"):
-            continue
-        if f"/{node}" != full if option in PARAMETER else node != name:
-            raise ParameterError(f"{option} {rule} reaches no node: this one is {full}; write {option} {key}:={value}")
-
-
-def _rules(arguments: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """The options with their values between `--ros-args` and `--`."""
-    within = False
-    for argument, following in pairwise(arguments):
-        within = argument == "--ros-args" or (within and argument != "--")
-        if within and argument in PARAMETER + REMAPPING:
-            yield argument, following
 
 
 INTERFACES = {

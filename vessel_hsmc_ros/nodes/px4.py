@@ -17,10 +17,12 @@ from vessel_hsmc_ros.messages.mavlink import BootClock
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.nodes.takeover import Takeover
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.safety.handover import FAILSAFE, Handover
 from vessel_hsmc_ros.scenario.autopilot_parameters import Px4Parameters
 
@@ -69,6 +71,7 @@ class Px4Node(VesselNode):
         self._odometry = self.framed(conversions.new_odometry())
         self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
         self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
         stream = qos.data(False)
         self._mode_out = self.advertise(OffboardControlMode, "fmu/in/offboard_control_mode", stream)
         self._throttle_out = self.advertise(RoverThrottleSetpoint, "fmu/in/rover_throttle_setpoint", stream)
@@ -95,10 +98,11 @@ class Px4Node(VesselNode):
         self._takeover.act()
 
     def _on_odometry(self, message: Any) -> None:
-        """Publish the motion, with the time of this computer: PX4's may count from its start."""
+        """Publish the motion, with the time of this computer: PX4's may count from its start, or by another clock."""
         self._received += 1
         reboots = self._boot.reboots
-        stamp = self._boot.time((message.timestamp_sample or message.timestamp) * 1e-6, self.now() / NANOSECONDS)
+        age = self._boot.age((message.timestamp_sample or message.timestamp) * 1e-6, time.monotonic())
+        stamp = self.now() - round(age * NANOSECONDS)
         if self._boot.reboots > reboots:
             self._handover.take_over("the autopilot has been restarted, or has set its clock back")
             self._takeover.act()
@@ -110,8 +114,9 @@ class Px4Node(VesselNode):
                 self.get_logger().warning("the estimator of PX4 has been reset: position or heading may have jumped")
             self._resets = message.reset_counter
         motion = px4.motion_of(message)
-        conversions.write_odometry(self._odometry, conversions.time_message(round(stamp * NANOSECONDS)), motion)
+        conversions.write_odometry(self._odometry, conversions.time_message(stamp), motion)
         self.send(self._odometry_out, self._odometry)
+        self._publish_transform(self._odometry)
         self._published += 1
 
     # -- commands -----------------------------------------------------------------------------------------------------
@@ -138,13 +143,16 @@ class Px4Node(VesselNode):
         """Send shares of force and moment in Offboard; in other modes they would compete with PX4's own setpoints."""
         if self._mode != px4.OFFBOARD:
             return
+        throttle, to_port = finite((throttle, to_port), self._refuse)
         at = self._timestamp()
         # The other direction is that of boats with thrusters to the side.
         self.send(self._throttle_out, RoverThrottleSetpoint(timestamp=at, throttle_body_x=throttle, throttle_body_y=math.nan))
         self.send(self._steering_out, RoverSteeringSetpoint(timestamp=at, **{self._steering: -to_port}))
 
     def _timestamp(self) -> int:
-        return self.now() // MICROSECOND
+        """The time of PX4, µs, by its own stamps: that of this computer may be stepped; before the first one, the latter."""
+        at = self._boot.stamp(time.monotonic())
+        return self.now() // MICROSECOND if at is None else round(at * 1e6)
 
     # -- diagnostics and the end --------------------------------------------------------------------------------------
 

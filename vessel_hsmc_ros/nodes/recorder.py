@@ -87,6 +87,10 @@ BEGINNING = ("odom", "reference", "controller/state")
 """In real time, the recorder of a run subscribes to nothing before every vessel has these. The nodes of a run wait for it, so
 that none begins while the processes of others still start, which takes all cores."""
 
+PARAMETERS_LIMIT = 5.0
+"""Longest time for which the recorder of a run waits for the parameters of the nodes before it subscribes to their topics, s: a
+short run on a busy machine would end before they have answered."""
+
 DRAIN_LOOKS, DRAIN_LIMIT = 3, 3.0
 """On shutdown, the recorder continues until so many consecutive polls bring no message, but at most for this time, s."""
 
@@ -118,6 +122,8 @@ class RecorderNode(VesselNode):
         self._dropped = self._waited = 0
         self._before: dict[str, int] = {}
         self._collector = ParameterCollector(self)
+        self._publishing: set[str] = set()
+        self._parameters_until = time.monotonic() + PARAMETERS_LIMIT if p.recorded else 0.0
         self._discovery = self.create_timer(0.02, self._discover, clock=self.wall)
         self.create_timer(FLUSH_PERIOD, self._flush, clock=self.wall)
         self.create_timer(METADATA_PERIOD, self._update_metadata, clock=self.wall)
@@ -143,7 +149,8 @@ class RecorderNode(VesselNode):
         if self._choice.open_ended:
             present = [name for name, _ in self.get_topic_names_and_types()]
         for name in self._choice.new(present):
-            if ends := self.get_publishers_info_by_topic(name) or self._readers_of_foreign(name):
+            ends = self.get_publishers_info_by_topic(name) or self._readers_of_foreign(name)
+            if ends and not self._waits_for_parameters(name, ends):
                 self._choice.take(name)
                 self._subscribe(name, ends)
         if not (self._choice.missing or self._choice.open_ended):
@@ -152,6 +159,17 @@ class RecorderNode(VesselNode):
     def _readers_of_foreign(self, name: str) -> list[Any]:
         """Subscribers of a topic that other programs publish: they reveal its type before a short-lived publisher appears."""
         return self.get_subscriptions_info_by_topic(name) if name in self._foreign else []
+
+    def _waits_for_parameters(self, name: str, publishers: list[Any]) -> bool:
+        """Whether parameters of the nodes that publish a topic are awaited; they begin once it is subscribed to."""
+        if name in self._foreign or publishers[0].topic_type in TYPES_OF_EVERY_NODE:
+            return False
+        nodes = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in publishers}
+        self._publishing |= nodes
+        if nodes <= self._collector.parameters.keys() or time.monotonic() > self._parameters_until:
+            return False
+        self._collector.request(again=False)
+        return True
 
     def _subscribe(self, name: str, publishers: list[Any]) -> None:
         """Subscribe to a topic with the strongest profile that all its publishers offer, and add it to the bag."""
@@ -217,6 +235,8 @@ class RecorderNode(VesselNode):
         if self._before:
             missed = ", ".join(f"{count} of {name}" for name, count in self._before.items())
             self.get_logger().warning(f"joined late: messages published before are not in the bag: {missed}")
+            notes = self._writer.notes
+            notes["joined_late"] = ", ".join(filter(None, (notes.get("joined_late"), missed)))
             self._before.clear()
         self._collector.request()
         if (document := self._collector.new_document()) is not None:
@@ -259,6 +279,9 @@ class RecorderNode(VesselNode):
     def close(self) -> None:
         """Complete the bag."""
         self._note()
+        if missing := ", ".join(sorted(self._publishing - self._collector.parameters.keys())):
+            self._writer.notes["parameters_missing"] = missing
+            self.get_logger().warning(f"the bag lacks the parameters of {missing}: no answer came")
         try:
             self._writer.close()
             count, name = self._writer.message_count, self._writer.directory
@@ -269,6 +292,8 @@ class RecorderNode(VesselNode):
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of recorded and of dropped messages, and the topics that have no publisher yet."""
         optional = self._topics_named(OPTIONAL_TOPICS)
+        if not (self.parameters.lockstep or self._sim_time):
+            optional.add("/clock")  # in real time no node has to publish it
         missing = [topic for topic in self._choice.missing if topic not in optional]
         values = {"messages": self._writer.message_count, "dropped": self._dropped, "missing": ", ".join(missing)}
         if self._dropped:

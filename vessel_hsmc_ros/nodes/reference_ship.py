@@ -153,6 +153,7 @@ class ReferenceShipNode(VesselNode):
             self._pace.run(self._on_timer)
         self._unused = {"goal": (PoseStamped, "goal_pose"), "path": (Path, "path")}
         self._unused.pop(self.parameters.mode, None)
+        self._warn_of_slow()
         self.create_timer(UNUSED_INPUT_SEARCH, self._find_unused_inputs, clock=self.wall)
         self._publish()
 
@@ -189,7 +190,7 @@ class ReferenceShipNode(VesselNode):
 
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
-            x, y, psi, stamp = read_goal(message, self._frames)
+            x, y, psi, stamp = read_goal(message, self._frames, self._here)
             self._check_order(stamp)
             self._ship.set_goal(x, y, psi, stamp)
             self._name_frame(message.header.frame_id)
@@ -200,6 +201,11 @@ class ReferenceShipNode(VesselNode):
             self._goal = goal
 
         self._take(work)
+
+    @property
+    def _here(self) -> Point:
+        x, y = self._ship.state[:2]
+        return float(x), float(y)
 
     def _name_frame(self, frame: str) -> None:
         """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
@@ -223,7 +229,7 @@ class ReferenceShipNode(VesselNode):
             return
 
         def work() -> None:
-            points = read_path(message, self._frames)
+            points = read_path(message, self._frames, self._here)
             self._ship.set_path(points)
             self._follow(message, points)
 
@@ -233,7 +239,7 @@ class ReferenceShipNode(VesselNode):
         message, self._path = self._path, None
 
         def work() -> None:
-            self._planning.start(read_path(message, self._frames))
+            self._planning.start(read_path(message, self._frames, self._here))
             self._planned = message
 
         self._take(work)
@@ -246,6 +252,16 @@ class ReferenceShipNode(VesselNode):
     def _follow(self, message: Any, points: Sequence[Point]) -> None:
         self._name_frame(message.header.frame_id)
         self.reporter.event("path", path_event(points))
+        self._warn_of_slow()
+
+    @property
+    def _slow(self) -> str:
+        """A remark on the present path."""
+        return str(getattr(self._ship, "slow", ""))
+
+    def _warn_of_slow(self) -> None:
+        if self._slow:
+            self.get_logger().warning(self._slow)
 
     def _take(self, work: Callable[[], None]) -> None:
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
@@ -295,9 +311,10 @@ class ReferenceShipNode(VesselNode):
         return "paused" if paused else "running"
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Number of messages and time of the latest reference; a warning after a goal or path that was ignored."""
+        """Number of messages and time of the latest reference; a warning of an ignored goal or path, and of a slow path."""
         values = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
-        return (WARN, self._refused, values) if self._refused else (OK, "running", values)
+        remark = self._refused or self._slow
+        return (WARN, remark, values) if remark else (OK, "running", values)
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
         """Feasibility of the reference besides the status."""

@@ -27,7 +27,7 @@ from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.ros_environment import start_error
+from vessel_hsmc_ros.nodes.ros_environment import loopback_down, start_error
 
 DISCOVERY_LIMIT = 5.0
 """Longest search for a node, s; with the package's profile of Fast DDS nodes find each other within a second."""
@@ -199,7 +199,7 @@ class Remote:
         """Which nodes were not found where, and which were, in one line."""
         what = f"no node {', '.join(missing)} in ROS domain {os.environ.get('ROS_DOMAIN_ID', '0')}"
         if not (there := self.nodes()):
-            return f"{what}, nor any other: does the run use the same ROS_DOMAIN_ID?"
+            return f"{what}, nor any other: does the run use the same ROS_DOMAIN_ID?{loopback_down()}"
         names = [name.rsplit("/", 1)[-1] for name in missing]
         elsewhere = sorted({full.rsplit("/", 1)[0] or "/" for full in there if full.rsplit("/", 1)[-1] in names})
         hint = f"; for these the namespace is {' or '.join(elsewhere)}" if elsewhere else ""

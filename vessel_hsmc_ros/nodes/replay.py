@@ -114,10 +114,13 @@ class ReplayNode(Node):
             executor.spin_once(timeout_sec=min(rest, 0.05))
 
     def _publisher(self, series: Series) -> Publisher | None:
-        """A publisher of a topic's type and quality of service; None with a warning where the type is not installed."""
+        """A publisher of a topic's type and quality of service; None with a warning where there is no such type."""
+        if series.others or series.encoding != "cdr" or not series.type:
+            self.get_logger().warning(f"{series.name} is not published: it {series.undecodable}")
+            return None
         try:
             kind = message_class(series.type)
-        except (ImportError, AttributeError):
+        except (ImportError, AttributeError, ValueError):  # the last: a name of another form
             self.get_logger().warning(f"{series.name} is not published: {series.type} is not installed")
             return None
         return self.create_publisher(kind, series.name, qos.replayed(series.qos))

@@ -77,8 +77,8 @@ def _log_folder() -> Iterator[str]:
         if not _writable(Path(given)):
             yield f"ROS_LOG_DIR = {given} cannot be written: unset ROS_LOG_DIR"
         return
-    home = os.environ.get("ROS_HOME") or Path.home() / ".ros"
-    if not _writable(Path(home) / "log"):
+    home = os.environ.get("ROS_HOME") or (Path.home() / ".ros" if os.environ.get("HOME") else "")  # without HOME, ROS finds none
+    if not home or not _writable(Path(home) / "log"):
         os.environ["ROS_LOG_DIR"] = str(Path(tempfile.gettempdir()) / f"ros_log_{os.getuid()}")
 
 
@@ -111,3 +111,16 @@ def start_error(error: Exception) -> str:
 def demanded() -> bool:
     """Whether the environment demands security; rcl takes only this spelling."""
     return os.environ.get(ENABLE) == "true"
+
+
+LOOPBACK = Path("/sys/class/net/lo/flags")
+"""Where Linux shows the state of the interface by which processes of one machine reach each other."""
+
+
+def loopback_down(flags: Path = LOOPBACK) -> str:
+    """That the loopback interface is down, as the end of an error message; empty if it is up or not known."""
+    try:
+        up = int(flags.read_text(), 16) & 1  # IFF_UP
+    except (OSError, ValueError):
+        return ""
+    return "" if up else "; the loopback interface is down, by which nodes find each other: `ip link set lo up`"

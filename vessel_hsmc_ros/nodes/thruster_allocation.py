@@ -8,15 +8,17 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64
 
-from vessel_hsmc_ros.control.allocation import Allocation
+from vessel_hsmc_ros.control.allocation import Allocated, Allocation
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
+from vessel_hsmc_ros.nodes.command_output import is_finite
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
 CHECK_PERIOD = 0.05
@@ -50,6 +52,7 @@ class ThrusterAllocationNode(VesselNode):
         self._speed = 0.0
         self._commands = self._saturated = self._timeouts = 0
         self._is_saturated = False
+        self._problem = RecentProblem()
         self._is_stopped = True
         self._create_topics(self.parameters.lockstep)
         self.reporter.offer("reset", self._reset)
@@ -140,7 +143,7 @@ class ThrusterAllocationNode(VesselNode):
         if command is None:
             self._publish_nothing(stamp)
             return
-        given = self._allocation.step_at(stamp, command, self._speed)
+        given = self._allocated(stamp, command)
         self._commands += 1
         self._saturated += given.saturated
         self._is_saturated = given.saturated
@@ -150,6 +153,17 @@ class ThrusterAllocationNode(VesselNode):
         self.send(self._wrench_out, self._wrench)
         for publisher, i, thruster in self._speeds_out:
             self.send(publisher, Float64(data=thruster.shaft_speed(given.thrust[i])))
+
+    def _allocated(self, stamp: int, command: Command) -> Allocated:
+        """The demands for a command; without thrust, and reported, where they are not finite, as for an absurd speed."""
+        given = self._allocation.step_at(stamp, command, self._speed)
+        if not is_finite((*given.thrust, *given.angle, *given.wrench)):
+            text = f"demands must be finite numbers (got others for {command} N, N·m at {self._speed} m/s): no thrust is given"
+            self._problem.report(ERROR, text)
+            self.get_logger().error(text, throttle_duration_sec=5.0)
+            self._allocation.reset()
+            return self._allocation.step(0.0, 0.0, 0.0)
+        return given
 
     def _next_speed(self) -> float:
         speed = self._speeds.pop(0) if self._speeds else 0.0
@@ -206,6 +220,8 @@ class ThrusterAllocationNode(VesselNode):
             "ignored_commands": self._input.values()["refused"],
             "timeouts": self._timeouts,
         }
+        if self._problem.current:
+            return *self._problem.current, values
         problem = self._input.problem()
         if problem and (self._commands or problem[0] == ERROR):
             level, text = problem

@@ -65,7 +65,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         names, *namespaces = load_named_files(given[:end])
         for namespace in namespaces:
-            nodes += [_class_of(name)(namespace=f"/{namespace}") for name in names.split(",")]
+            nodes += [_class_of(name)(command_line=given, namespace=f"/{namespace}") for name in names.split(",")]
         return _run(nodes, lambda: not received)
     except VesselHsmcError as error:
         get_logger(f"{namespace}.{names}" if namespace else "vessel_group").fatal(

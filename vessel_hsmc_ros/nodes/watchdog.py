@@ -13,7 +13,9 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.stop_latch import StopLatch
 from vessel_hsmc_ros.scenario.watcher_parameters import WatchdogParameters
 
@@ -39,6 +41,7 @@ class WatchdogNode(VesselNode):
             raise ParameterError("watchdog.lockstep = True is not allowed: a watchdog works in real time")
         self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
         self._command: Command = (0.0, 0.0)
+        self._problem = RecentProblem()
         self._prefix = f"{self.get_namespace().strip('/')}/".lstrip("/")
         self._heard_at = {name: time.monotonic() for name in p.watched_nodes if name}
         self._wrench_out = self.advertise(WrenchStamped, "watched_wrench", qos.offered(False, p.rate_hz))
@@ -64,7 +67,9 @@ class WatchdogNode(VesselNode):
 
     def _on_timer(self) -> None:
         """Publish on the way to zero and at zero; fresh commands are published as they come."""
-        if not self._is_fresh():
+        if self._is_fresh():
+            self._latch.update(True)  # so that the ramp begins at the time-out, not at the last command
+        else:
             self._publish()
 
     def _is_fresh(self) -> bool:
@@ -75,8 +80,13 @@ class WatchdogNode(VesselNode):
         self._send((share * force, share * moment), self.now())
 
     def _send(self, wrench: Command, stamp: int) -> None:
-        conversions.write_wrench(self._wrench, conversions.time_message(stamp), wrench)
+        force, moment = finite(wrench, self._report)
+        conversions.write_wrench(self._wrench, conversions.time_message(stamp), (force, moment))
         self.send(self._wrench_out, self._wrench)
+
+    def _report(self, text: str) -> None:
+        self._problem.report(ERROR, text)
+        self.get_logger().error(text, throttle_duration_sec=5.0)
 
     # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
 
@@ -100,6 +110,8 @@ class WatchdogNode(VesselNode):
         values = {"share": self._latch.share, "stopped": self._latch.stopped}
         if self._latch.stopped:
             return WARN, self._latch.text, values
+        if self._problem.current:
+            return *self._problem.current, values
         return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:

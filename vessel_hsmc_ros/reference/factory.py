@@ -18,7 +18,7 @@ from vessel_hsmc_ros.reference.goal import GoalReference
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_survey
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
-from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, Point, waypoints_of
+from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, Point, scheduled_path
 from vessel_hsmc_ros.reference.path_reference import PathReference
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack
 from vessel_hsmc_ros.reference.polyline import Ship
@@ -83,8 +83,7 @@ def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
     p, speed = parameters.path, parameters.motion.speed
     start = as_motion((*parameters.initial_pose, *parameters.initial_velocity))
     ship = Ship(parameters.vessel.coefficients(), travel_limits(parameters), p.corner_radius, PATH)
-    waypoints = waypoints_of(p, speed)
-    return PathReference(start, ship, speed, (p.time, waypoints) if p.time >= 0.0 else None, period)
+    return PathReference(start, ship, speed, scheduled_path(p, speed), period)
 
 
 def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:

@@ -6,8 +6,8 @@ from itertools import pairwise
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
 
-NEVER = -1.0
-"""A time that never comes, s: the default of a list, because ROS has no empty lists of numbers."""
+NONE = (0.0,)
+"""A list without a pose or waypoint: one number, which is neither, because the parameters files of ROS have no empty lists."""
 
 
 @dataclass(frozen=True)
@@ -15,10 +15,10 @@ class GoalParameters:
     """Goals from the parameters file, for runs without a publisher of `goal_pose`."""
 
     poses: tuple[float, ...] = parameter(
-        (0.0, 0.0, 0.0), "Goals: x [m], y [m], heading of the first, of the second and so on.", low=-1e6, high=1e6
+        NONE, "Goals: x [m], y [m], heading of the first, of the second and so on; [0.0] for none.", low=-1e6, high=1e6
     )
     times: tuple[float, ...] = parameter(
-        (NEVER,), "Time at which each goal is set, increasing; below 0 for never.", unit="s", low=-1.0, high=1e9
+        (0.0,), "Time at which each goal is set, increasing; below 0 for never.", unit="s", low=-1.0, high=1e9
     )
     astern_distance: float = parameter(
         -1.0,
@@ -36,11 +36,30 @@ def scheduled_goals(p: GoalParameters) -> list[tuple[float, tuple[float, float, 
     Raises:
         ParameterError: poses and times differ in number, or the times do not increase.
     """
-    if len(p.poses) != 3 * len(p.times):
+    times = given_times(p.times, p.poses, "reference_ship.goal.times", "reference_ship.goal.poses")
+    if len(p.poses) != 3 * len(times) and p.poses != NONE:
         raise ParameterError(
-            f"reference_ship.goal.poses with {len(p.poses)} numbers is not allowed: it takes x, y, heading for each of the"
-            f" {len(p.times)} goal.times"
+            f"reference_ship.goal.poses must have x, y, heading for each of the {len(times)} goal.times"
+            f" (got {len(p.poses)} numbers)"
         )
-    if any(later <= earlier for earlier, later in pairwise(time for time in p.times if time >= 0.0)):
-        raise ParameterError(f"reference_ship.goal.times = {list(p.times)} is not allowed: it takes increasing times")
-    return [(time, (p.poses[3 * i], p.poses[3 * i + 1], p.poses[3 * i + 2])) for i, time in enumerate(p.times)]
+    if any(later <= earlier for earlier, later in pairwise(time for time in times if time >= 0.0)):
+        raise ParameterError(f"reference_ship.goal.times must increase (got {list(times)})")
+    return [(time, (p.poses[3 * i], p.poses[3 * i + 1], p.poses[3 * i + 2])) for i, time in enumerate(times)]
+
+
+def given_times(times: tuple[float, ...], places: tuple[float, ...], name: str, places_name: str) -> tuple[float, ...]:
+    """The times at which poses or waypoints are set; none without them.
+
+    Args:
+        times: The times, s; below 0 for never.
+        places: The numbers of the poses or waypoints.
+        name, places_name: Names of the two parameters.
+
+    Raises:
+        ParameterError: there is a time, and nothing to set at it.
+    """
+    if places != NONE:
+        return times
+    if max(times, default=0.0) > 0.0:
+        raise ParameterError(f"{places_name} must be given with {name} (got {name} = {list(times)} alone)")
+    return ()

@@ -49,6 +49,9 @@ from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, check_strai
 
 MODE = "reference_ship.lawnmower"
 
+NEAR = 0.1
+"""Distance within which a ship passes a point of a leg, relative to the distance between two legs."""
+
 
 @dataclass(frozen=True)
 class LawnmowerParameters:
@@ -259,11 +262,11 @@ def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, st
     if any(p.rectangle):
         return _of_rectangle(p, Ship(vessel, limits, 0.0, MODE), start)
     planned = plan_lawnmower(p, vessel, limits, start)
-    return _survey([planned.table], stretch(planned.route, planned.profile, 0.0))
+    return _survey(p, [planned.table], stretch(planned.route, planned.profile, 0.0))
 
 
-def _survey(tables: list[Timetable], one: Stretch) -> Survey:
-    return Survey(joined(tables), PlannedTrack((one,), leg_ends(one.route)))
+def _survey(p: LawnmowerParameters, tables: list[Timetable], one: Stretch) -> Survey:
+    return Survey(joined(tables), PlannedTrack((one,), leg_ends(one.route), NEAR * abs(p.spacing)))
 
 
 def _of_rectangle(p: LawnmowerParameters, ship: Ship, start: tuple[float, float, float]) -> Survey:
@@ -287,4 +290,4 @@ def _of_rectangle(p: LawnmowerParameters, ship: Ship, start: tuple[float, float,
     piece = from_rest((route, slower + sections), cmath.phase(points[0].position - here), motion, ship, turned)
     delay, sailing = float(turned.times[-1]) if turned else 0.0, piece.sailing
     assert sailing is not None  # noqa: S101 - from_rest sails
-    return _survey([*([turned] if turned else []), piece.table], stretch(sailing.route, sailing.profile, delay))
+    return _survey(p, [*([turned] if turned else []), piece.table], stretch(sailing.route, sailing.profile, delay))

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
+from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.reference.bends import wide_corners
 from vessel_hsmc_ros.reference.corners import STOP, join
 from vessel_hsmc_ros.reference.on_the_spot import halt, spot_turn
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, Stretch, stretch
@@ -21,13 +23,27 @@ from vessel_hsmc_ros.reference.polyline import Part, Planned, Ship, Waypoint, be
 from vessel_hsmc_ros.reference.route import Element, Route, straight
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
 from vessel_hsmc_ros.reference.speed_profile import FREE, Section, changes_of
+from vessel_hsmc_ros.reference.thinning import Scale, ahead, thinned
 from vessel_hsmc_ros.reference.timetable import Timetable, blended, joined
 from vessel_hsmc_ros.reference.turning import TravelLimits, check_straight, largest_acceleration
 
 Array = NDArray[np.float64]
 
+SLOW = 0.5
+"""Share of the required speed below which the mean speed of a path is named."""
+
 DISTINCT = 2e-3
 """Waypoints nearer to each other than this are one, relative to the radius of gyration of the hull."""
+
+TOLERANCE, REACH = 0.4, 4.0
+"""How far points that are left out may be from the way, and how far off a leg a ship may be to be on it, relative to the radius
+of gyration, a quarter of the length of most hulls."""
+
+TURN_WAY = 2.5
+"""Way in which a ship under way turns to a point and its drift decays, in radii of the turn of the largest yaw rate."""
+
+NEAR = 2.0
+"""Distance within which a ship passes a point of a leg, in radii of gyration: half of the length of most hulls."""
 
 AT_REST = 1e-3
 """Shares of speed and largest yaw rate below which the ship counts as at rest where a path begins."""
@@ -45,10 +61,11 @@ of the leg that it takes."""
 
 
 class Plan(NamedTuple):
-    """A path as a motion over time, and its geometry, both from the time 0 on."""
+    """A path as a motion over time and its geometry, both from the time 0 on; and a remark where it is much slower."""
 
     table: Timetable
     track: PlannedTrack
+    slow: str = ""
 
 
 class PathPiece(NamedTuple):
@@ -70,20 +87,23 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     Raises:
         ParameterError: a leg or a corner cannot be sailed; the message contains which, and what would do.
     """
+    waypoints = [point._replace(number=k) for k, point in enumerate(waypoints, 1)]
     speeds = {point.speed for point in waypoints}
     for one in sorted(speeds):
         check_straight(f"{ship.owner}: speed", one, ship.vessel, ship.limits)
     fastest = max(speeds, default=speed)
-    least = DISTINCT * math.sqrt(ship.vessel.m33 / ship.vessel.m22)
-    slow, points = _resting(motion, AT_REST, fastest, ship.limits), _distinct(complex(motion.x, motion.y), waypoints, least)
+    slow = _resting(motion, AT_REST, fastest, ship.limits)
+    points = _needed(waypoints, motion, slow, fastest, ship)
     # A ship under way returns to a path of no waypoint but where she is.
     parts = _parts(points if points or slow else waypoints[-1:])
     pieces: list[PathPiece] = []
+    required = _required_time(complex(motion.x, motion.y), points, ship.limits.acceleration)
     row, resting = world_row(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
     if not resting:
         pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
         motion = rest_of(pieces[-1].table)
-    for part in parts:
+    for given in parts:
+        part = _wide(complex(motion.x, motion.y), given, ship)
         turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
         if turned is not None:
             pieces.append(PathPiece(turned))
@@ -92,9 +112,27 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
         motion = rest_of(pieces[-1].table)
     if pieces and resting:
         pieces[0] = _settling(pieces[0], row, ship.limits)
-    track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints))
+    track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints), NEAR * _gyration(ship))
     still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
-    return Plan(joined([piece.table for piece in pieces]) if pieces else still, track)
+    table = joined([piece.table for piece in pieces]) if pieces else still
+    return Plan(table, track, _slow(required, sum(float(piece.table.times[-1]) for piece in pieces if piece.sailing)))
+
+
+def _required_time(start: complex, points: Sequence[Waypoint], acceleration: float) -> float:
+    """The time of the legs at their speeds, with speeding up and slowing down at the ends and at each stop, s."""
+    ways = np.abs(np.diff([start, *(point.position for point in points)]))
+    stops = sum(point.corner == STOP for point in points)
+    change = 2.0 * max((point.speed for point in points), default=0.0) / acceleration
+    return sum(float(way) / point.speed for way, point in zip(ways, points, strict=True)) + (1.0 + stops) * change
+
+
+def _slow(required: float, time: float) -> str:
+    """A remark on a path that takes a time, s, where another one was required."""
+    if required >= SLOW * time:
+        return ""
+    share = quantity(100.0 * required / time, "%")
+    corners = "its corners are too sharp or too close together"
+    return f"the path takes {quantity(time, 's')}, at {share} of the speed of its legs on average: {corners}"
 
 
 def _resting(motion: Motion, share: float, fastest: float, limits: TravelLimits) -> bool:
@@ -115,6 +153,27 @@ def _stretches(pieces: Sequence[PathPiece]) -> tuple[Stretch, ...]:
         for piece, end in zip(pieces, ends, strict=True)
         if piece.sailing
     )
+
+
+def _needed(waypoints: Sequence[Waypoint], motion: Motion, slow: bool, fastest: float, ship: Ship) -> list[Waypoint]:
+    """The waypoints that a ship, at rest or under way, has to go to."""
+    gyration, here = _gyration(ship), complex(motion.x, motion.y)
+    course, turn = motion.psi, 0.0
+    if not slow:
+        course, turn = motion.psi + math.atan2(motion.v, motion.u), TURN_WAY * fastest / ship.limits.yaw_rate
+    left = ahead(
+        _distinct(here, waypoints, DISTINCT * gyration), here, course, Scale(TOLERANCE * gyration, REACH * gyration, turn)
+    )
+    return thinned(here, left, TOLERANCE * gyration)
+
+
+def _gyration(ship: Ship) -> float:
+    """The radius of gyration of the hull, m."""
+    return math.sqrt(ship.vessel.m33 / ship.vessel.m22)
+
+
+def _wide(start: complex, part: Part, ship: Ship) -> Part:
+    return wide_corners(start, part, ship, TOLERANCE * _gyration(ship))
 
 
 def _distinct(here: complex, waypoints: Sequence[Waypoint], least: float) -> list[Waypoint]:
@@ -223,7 +282,8 @@ def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: floa
     before, bend = join(target, kappa, decay, turning.radius, turning.transition, run)
     elements, sections = begun(before, bend, W, turning)
     begin = Route(elements, (motion.x, motion.y, course))
-    more, rest = polyline(complex(begin.position(begin.length)), part, ship, under_way=True)
+    start = complex(begin.position(begin.length))
+    more, rest = polyline(start, _wide(start, part, ship), ship, under_way=True)
     route = Route([*elements, *more], (motion.x, motion.y, course))
     sailing = sail(ship.owner, route, [*sections, *rest], ship.vessel, ship.limits, (W, beta))
     decays, gain = turning.transition / turning.speed, SPEED_GAIN * (velocity.conjugate() * change).real / W

@@ -7,7 +7,7 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.reference.corners import OVER, STOP, THROUGH
-from vessel_hsmc_ros.reference.goal_parameters import NEVER
+from vessel_hsmc_ros.reference.goal_parameters import NONE, given_times
 from vessel_hsmc_ros.reference.polyline import Waypoint
 
 Point = tuple[float, float]
@@ -22,7 +22,7 @@ class PathParameters:
     """Waypoints from the parameters file, for runs without a publisher of `path`."""
 
     waypoints: tuple[float, ...] = parameter(
-        (0.0, 0.0), "Waypoints: x, y of the first, of the second and so on.", unit="m", low=-1e6, high=1e6
+        NONE, "Waypoints: x, y of the first, of the second and so on; [0.0] for none.", unit="m", low=-1e6, high=1e6
     )
     speeds: tuple[float, ...] = parameter(
         (0.0,), "Speed on the leg to each waypoint, or one for all; 0 for `motion.speed`.", unit="m/s", low=0.0, high=1e3
@@ -34,10 +34,26 @@ class PathParameters:
     corner_radius: float = parameter(
         0.0, "Radius of the corners; 0 for the smallest at the speed of the legs.", unit="m", low=0.0, high=1e6
     )
-    time: float = parameter(NEVER, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
+    time: float = parameter(0.0, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
     radius: float = parameter(
         0.0, "No effect: the acceptance radius of earlier releases. `corner_radius` takes its place.", unit="m", low=0.0, high=1e6
     )
+
+
+def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoint]] | None:
+    """Time and waypoints of the path in the parameters; None without one.
+
+    Args:
+        p: The parameters.
+        speed: On legs without a speed of their own, m/s.
+
+    Raises:
+        ParameterError: as from `waypoints_of`, or there is a time and no waypoint.
+    """
+    if not given_times((p.time,), p.waypoints, f"{PATH}.time", f"{PATH}.waypoints"):
+        return None
+    waypoints = waypoints_of(p, speed)
+    return (p.time, waypoints) if p.time >= 0.0 else None
 
 
 def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.reference.corners import THROUGH
 from vessel_hsmc_ros.reference.path import Plan, plan_path
 from vessel_hsmc_ros.reference.path_parameters import Point
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, replaced, stretches_of
+from vessel_hsmc_ros.reference.planned_track import replaced, stretches_of
 from vessel_hsmc_ros.reference.polyline import Ship, Waypoint
 from vessel_hsmc_ros.reference.timetable import (
     Timetable,
@@ -32,6 +32,9 @@ class PathReference(TimetableReference):
         scheduled: Time, s, and waypoints of a path that is set without a message; None for none.
         period: Length of a step, s.
 
+    Attributes:
+        slow: A remark where the path is much slower than its legs were to be; empty where it is not.
+
     Raises:
         ParameterError: the scheduled path cannot be sailed.
     """
@@ -42,11 +45,13 @@ class PathReference(TimetableReference):
         self._ship, self._speed = ship, speed
         due = (round(scheduled[0] / period) * period, tuple(scheduled[1])) if scheduled else None
         self._planned = _scheduled(start, ship, speed, due)
-        super().__init__(*self._planned, period)
+        super().__init__(self._planned.table, self._planned.track, period)
+        self.slow = self._planned.slow
 
     def reset(self) -> None:
         """Return to the start: a path that was set is discarded, the scheduled path begins again."""
         self.constants, self.track = TimetableConstants(self._planned.table, self.constants.period), self._planned.track
+        self.slow = self._planned.slow
         super().reset()
 
     def set_path(self, points: Sequence[Point]) -> None:
@@ -92,7 +97,7 @@ class PathReference(TimetableReference):
     def take(self, plan: Plan) -> None:
         """Follow a plan that begins at the present step."""
         self.constants, self.memory = TimetableConstants(plan.table, self.constants.period), TimetableMemory(self.steps)
-        self.track = replaced(self.track, self.steps * self.constants.period, plan.track)
+        self.track, self.slow = replaced(self.track, self.steps * self.constants.period, plan.track), plan.slow
 
 
 @lru_cache(maxsize=4)
@@ -104,10 +109,10 @@ def _scheduled(start: Motion, ship: Ship, speed: float, due: tuple[float, tuple[
     after = _extended(plan.table, *due, ship, speed)
     before = plan.table.times < due[0]
     table = Timetable(*(np.concatenate((a[before], b)) for a, b in zip(plan.table, after.table, strict=True)))
-    return Plan(table, replaced(plan.track, due[0], after.track))
+    return Plan(table, replaced(plan.track, due[0], after.track), after.slow)
 
 
 def _extended(table: Timetable, now: float, waypoints: Sequence[Waypoint], ship: Ship, speed: float) -> Plan:
     """A path that begins at a time with the motion of a table then."""
     plan = plan_path(waypoints, *motion_at(now, table), ship, speed)
-    return Plan(later(plan.table, now), PlannedTrack(stretches_of(plan.track.stretches, now), plan.track.waypoints))
+    return Plan(later(plan.table, now), plan.track._replace(stretches=stretches_of(plan.track.stretches, now)), plan.slow)

@@ -27,6 +27,9 @@ ComplexArray = NDArray[np.complex128]
 STEPS, LEAST_SLOPE = 12, 0.25
 """Steps of Newton's method to the nearest point of a turn, and the smallest slope 1 - kappa·Im d that it divides by."""
 
+FINE = 0.1
+"""Largest distance between two positions with which a leg is compared, relative to that within which it counts as passed."""
+
 FARTHEST = 0.5
 """How far from s_p the nearest point is sought, in terms of the smallest radius of curvature."""
 
@@ -41,10 +44,17 @@ class Stretch(NamedTuple):
 
 
 class PlannedTrack(NamedTuple):
-    """A plan: its stretches in their order, and its waypoints, m, which for a survey are the ends of its legs."""
+    """A plan.
+
+    Attributes:
+        stretches: In their order.
+        waypoints: m; for a survey the ends of its legs.
+        near: Distance within which a point of a leg counts as passed, m.
+    """
 
     stretches: tuple[Stretch, ...]
     waypoints: tuple[complex, ...]
+    near: float
 
 
 def stretch(route: Route, profile: SpeedProfile, begin: float) -> Stretch:
@@ -55,7 +65,7 @@ def stretch(route: Route, profile: SpeedProfile, begin: float) -> Stretch:
 def replaced(track: PlannedTrack, now: float, new: PlannedTrack) -> PlannedTrack:
     """A plan in whose place another one comes at a time, s."""
     kept = tuple(one._replace(end=min(one.end, now)) for one in track.stretches if one.begin < now)
-    return PlannedTrack(kept + new.stretches, track.waypoints + new.waypoints)
+    return PlannedTrack(kept + new.stretches, track.waypoints + new.waypoints, new.near)
 
 
 def leg_ends(route: Route) -> tuple[complex, ...]:
@@ -92,6 +102,45 @@ def track_errors(track: PlannedTrack, time: Array, position: Array) -> TrackErro
             for column, values in zip(found, errors, strict=True):
                 column[at] = values
     return found
+
+
+def passed(track: PlannedTrack, time: float, position: Array) -> dict[int, tuple[float, float]]:
+    """How much of each leg was passed near enough, by its number: that length, and the length planned until a time, m.
+
+    Args:
+        track: The plan.
+        time: Since the reference began, s.
+        position: x, y of the ship, (n, 2) m.
+    """
+    p = position[:, 0] + 1j * position[:, 1]
+    longest = float(np.abs(np.diff(p)).max(initial=0.0))
+    p = p[:: max(1, int(FINE * track.near / longest))] if longest else p[:1]
+    found: dict[int, tuple[float, float]] = {}
+    for one in track.stretches:
+        end = 0.0
+        sailed = float(one.profile.at(np.array([min(one.end, time) - one.begin]))[0][0]) if time > one.begin else 0.0
+        for element in one.route.elements:
+            begin, end = end, end + element.length
+            length = min(end, sailed) - begin
+            if _is_leg(element) and length > 0.0:
+                near, whole = found.get(element.leg, (0.0, 0.0))
+                d = _offset(one.route, np.array(begin), p)
+                found[element.leg] = near + _covered(d, length, track.near), whole + length
+    return found
+
+
+def _covered(d: ComplexArray, length: float, near: float) -> float:
+    """The length of a leg that is near a track, along and across which the track is d, m."""
+    across = np.maximum(np.abs(d.imag[:-1]), np.abs(d.imag[1:]))
+    at = across <= near
+    reach = np.sqrt(near * near - across[at] * across[at])
+    low = np.clip(np.minimum(d.real[:-1], d.real[1:])[at] - reach, 0.0, length)
+    high = np.clip(np.maximum(d.real[:-1], d.real[1:])[at] + reach, 0.0, length)
+    if not len(low):
+        return 0.0
+    order = np.argsort(low)
+    low, reached = low[order], np.maximum.accumulate(high[order])
+    return float(reached[-1] - low[0] - np.sum(np.maximum(low[1:] - reached[:-1], 0.0)))
 
 
 def outline(track: PlannedTrack, points: int) -> list[ComplexArray]:

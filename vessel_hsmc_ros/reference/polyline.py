@@ -30,11 +30,23 @@ SHORTEST = 1e-9
 
 
 class Waypoint(NamedTuple):
-    """A waypoint: position, m, its corner, THROUGH, OVER or STOP, and the speed on the leg to it, m/s."""
+    """A waypoint.
+
+    Attributes:
+        position: Where it is, m.
+        corner: THROUGH, OVER or STOP.
+        speed: On the leg to it, m/s.
+        passed: Points near the leg to it that were left out, m.
+        turning: Its own turn; None for the smallest at the speed of its legs.
+        number: From 1 on, among those that were given.
+    """
 
     position: complex
     corner: str
     speed: float
+    passed: tuple[complex, ...] = ()
+    turning: Turning | None = None
+    number: int = 1
 
 
 class Part(NamedTuple):
@@ -133,16 +145,28 @@ def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) ->
 
 
 class _Bend(NamedTuple):
-    """What stands at a waypoint: number of the corner, from 1 on, its kind, its angle, rad, and the speed of its legs, m/s."""
+    """What stands at a waypoint.
+
+    Attributes:
+        number: Of its waypoint.
+        kind: THROUGH or OVER.
+        angle: Change of the course, rad.
+        speed: Of its legs, m/s.
+        turning: As that of the waypoint.
+    """
 
     number: int
     kind: str
     angle: float
     speed: float
+    turning: Turning | None
 
     def corner(self, ship: Ship, slower: float = 1.0) -> tuple[Corner, float]:
         """The corner, and its speed, at a share of the speed."""
-        turning = fitted_turning(slower * self.speed, ship)
+        # A turn that is smaller and slower alike has the same yaw rate, and less yaw acceleration.
+        turning = (
+            Turning(*(slower * value for value in self.turning)) if self.turning else fitted_turning(slower * self.speed, ship)
+        )
         return corner_of(self.kind, self.angle, turning.radius, turning.transition), turning.speed
 
 
@@ -151,7 +175,8 @@ def _corners(part: Part, ways: Sequence[complex], free: Sequence[float], ship: S
     points, bends = part.points, []
     for i, (before, after) in enumerate(pairwise(ways)):
         angle = wrap(cmath.phase(after) - cmath.phase(before))
-        bends.append(_Bend(part.first + i + 1, points[i].corner, angle, min(points[i].speed, points[i + 1].speed)))
+        speed = min(points[i].speed, points[i + 1].speed)
+        bends.append(_Bend(points[i].number, points[i].corner, angle, speed, points[i].turning))
     wanted = [bend.corner(ship)[0] for bend in bends]
     # A leg belongs to its corners half and half, or one has what the other leaves.
     room = [

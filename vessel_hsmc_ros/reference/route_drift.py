@@ -33,8 +33,14 @@ from vessel_hsmc_ros.reference.speed_profile import SpeedProfile
 
 Array = NDArray[np.float64]
 
-TOLERANCE, LARGEST_MESH = 1e-9, 200_000
-"""Relative residual of the collocation, so small that its choice of instants does not show; and their largest number."""
+TOLERANCE = 1e-9
+"""Relative residual of the collocation, so small that its choice of instants does not show."""
+
+SMALL_MESH, FINER, LARGEST_MESH = 200_000, 20, 2_000_000
+"""The largest number of instants of the collocation: of a short path, in terms of the instants of a longer one, and of any."""
+
+MESH_EXCEEDED = 1
+"""Status of SciPy's solver that has not converged with its largest number of instants."""
 
 SLOW = 0.02
 """Share of the largest speed below which a change of speed no longer changes the drift angle, which is undefined at rest."""
@@ -108,7 +114,10 @@ def drift_along(
     guess[0] = steady_drift(vessel.m11 * travel.W * travel.kappa, np.maximum(travel.W, SLOW * profile.top), vessel)
     boundary = equation.conditions(start)
     with np.errstate(all="ignore"):
-        found = solve_bvp(equation.rates, boundary, times, guess, tol=tolerance, max_nodes=LARGEST_MESH)
+        most = min(max(SMALL_MESH, FINER * len(times)), LARGEST_MESH)
+        found = solve_bvp(equation.rates, boundary, times, guess, tol=tolerance, max_nodes=most)
+    if found.status == MESH_EXCEEDED:
+        raise ParameterError(f"the drift angle along this path takes more than {most} instants; a shorter path would do")
     if not found.success or np.max(np.abs(found.y[0])) > 0.5 * math.pi:
         raise ParameterError("no drift angle is found with which this hull turns so at this speed")
     beta = found.sol(times)

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.track_errors import NO_LEG
@@ -69,7 +71,7 @@ def sail(
             return sailing._replace(table=_rested(sailing.table, vessel, limits))
         # A drift that has not decayed takes yaw acceleration where the speed changes, and where turns follow each other.
         worst = route.index_at(found[0].s)
-        near = [i for i in range(max(0, worst - 1), min(worst + 2, len(slower))) if _changes(route, slower, i)]
+        near = [i for i in range(max(0, worst - 1), min(worst + 2, len(slower))) if slower[i].share and _changes(sailing, i)]
         if near:
             for i in near:
                 share = 0.5 * slower[i].share
@@ -92,9 +94,12 @@ def _freed(route: Route, sections: Sequence[Section], limits: TravelLimits, acce
     return freed
 
 
-def _changes(route: Route, sections: Sequence[Section], i: int) -> bool:
-    """Whether the speed may change in a turn."""
-    return route.elements[i].turn and sections[i].share > 0.0
+def _changes(sailing: Sailing, i: int) -> bool:
+    """Whether the speed changes in an element that is a turn."""
+    elements, travel = sailing.route.elements, sailing.motion.travel
+    begin = sum(element.length for element in elements[:i])
+    inside = (travel.s >= begin) & (travel.s <= begin + elements[i].length)
+    return elements[i].turn and bool(np.any(travel.W_rate[inside]))
 
 
 def _sailing(owner: str, route: Route, parts: Sequence[Phase], vessel: Vessel, start: tuple[float, float]) -> Sailing:

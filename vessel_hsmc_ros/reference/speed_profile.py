@@ -115,13 +115,11 @@ def _at_ends(sections: Sequence[Section], changes: Changes, start: float, end: f
     """The speeds between the sections: the largest from which the others can be reached forwards and backwards."""
     n = len(sections)
     speeds = [start, *(min(sections[i].speed, sections[i + 1].speed) for i in range(n - 1)), end]
-    for _ in range(2):  # a constant section that has become slower at its end is so at its beginning
-        for order in (range(n), reversed(range(n))):
-            for i in order:
-                low, high = sorted((i, i + 1), key=speeds.__getitem__)
-                share = sections[i].share
-                reached = changes.reduced(share).reached(speeds[low], speeds[high], sections[i].length) if share else speeds[low]
-                speeds[high] = reached
+    for i in (*range(n), *reversed(range(n))):
+        low, high = sorted((i, i + 1), key=speeds.__getitem__)
+        share = sections[i].share
+        reached = changes.reduced(share).reached(speeds[low], speeds[high], sections[i].length) if share else speeds[low]
+        speeds[high] = reached
     return speeds
 
 

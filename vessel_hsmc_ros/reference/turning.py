@@ -47,8 +47,9 @@ RESOLVED = 0.997
 
 BISECTIONS = 30
 
-TRIED = 1e-4
-"""Relative residual of the drift angle of a turn that is tried; that of the path it is part of is much smaller."""
+TRIED, TRIED_SHARE = 1e-4, 0.997
+"""Relative residual of the drift angle of a turn that is tried, and the share of yaw rate and acceleration that it may take: in a
+path the drift angle is exact, other instants are compared, and a peak is by up to 0.1 % larger."""
 
 RUN_UP = 4.0
 """Length of the legs before and after the turn that is tried, in transitions."""
@@ -234,9 +235,10 @@ def _transition(speed: float, radius: float, vessel: Vessel, limits: TravelLimit
     """
     # The largest slope of the curvature in a transition of the length c is 1.5/(R·c).
     transition = max(1.5 * speed * speed / (radius * limits.yaw_acceleration), radius / MAX_LENGTH_RATIO)
+    bounds = limits._replace(yaw_rate=TRIED_SHARE * limits.yaw_rate, yaw_acceleration=TRIED_SHARE * limits.yaw_acceleration)
     while transition <= MAX_LENGTH_RATIO * radius:
         tried = _tried(Turning(speed, radius, transition), vessel)
-        if tried and not excesses(tried, limits, LARGEST_SHARE):
+        if tried and not excesses(tried, bounds, LARGEST_SHARE):
             return transition
         transition *= LONGER
     raise ParameterError(f"no turn with a radius of {radius:.3g} m at {speed:.3g} m/s is within the limits of this ship")

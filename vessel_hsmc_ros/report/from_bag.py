@@ -1,5 +1,6 @@
 """Reads the record of a run from a bag: of this package completely, of another recorder as far as its topics allow."""
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
+from vessel_hsmc_ros.bags.connection import faults_in
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import BagWarning, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.messages.goals import path_event
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, stretches_of
@@ -74,7 +76,8 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
     marks = _marks(events)
     track = _track(bag, prefix, scenario, marks, start)
     metrics = measured(run, scenario, marks, track=track)
-    record = Record(name, run, metrics, {}, scenario, _origin(bag, origin or {}), marks, track=track)
+    known = {**(origin or {}), **({} if scenario else _faults(bag))}  # a simulated run has none but scripted ones
+    record = Record(name, run, metrics, {}, scenario, _origin(bag, known), marks, track=track)
     return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
 
 
@@ -89,8 +92,8 @@ def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
         BagError: a vessel has no odometry.
     """
     prefixes = sorted(bag.namespaces, key=lambda prefix: (len(prefix), prefix))  # vessel_10 after vessel_2
-    found = [prefix + name for prefix in prefixes for name in run_from_bag.TOPICS if bag.topics.get(prefix + name)]
-    bag.load(*found)  # in one pass over the bag
+    found = [bag.find(prefix, name) for prefix in prefixes for name in run_from_bag.TOPICS]
+    bag.load(*(series.name for series in found if series is not None))  # in one pass over the bag
     records = []
     for prefix in prefixes:
         name = prefix.strip("/")
@@ -106,9 +109,19 @@ def _scenario(bag: Bag, prefix: str) -> Scenario | None:
         return None
 
 
+def _faults(bag: Bag) -> dict[str, str]:
+    """What is wrong with stamps, frames and units of a recording, for the page; a BagWarning names it as well."""
+    faults = faults_in(bag)
+    for text in faults:
+        warnings.warn(f"bag {bag.path}: {text}", BagWarning, stacklevel=2)
+    return {"faults": "; ".join(faults)} if faults else {}
+
+
 def _origin(bag: Bag, known: Mapping[str, Any]) -> dict[str, Any]:
     origin = {"bag": str(bag.path), **known, **bag.recording, "messages": f"{bag.count} on {len(bag.topics)} topics"}
-    return origin if bag.complete else {**origin, "state": "cut off, read as far as it is intact"}
+    if bag.complete:
+        return origin
+    return {**origin, "state": f"without {', '.join(bag.missing)}" if bag.missing else "cut off, read as far as it is intact"}
 
 
 def _with_commands(run: Run, topics: run_from_bag.Topics, start: int) -> Run:
@@ -154,9 +167,9 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
         marks: Events of the run.
         start: Stamp at which the time of the run is zero, ns.
     """
-    if not has_legs(scenario) or not bag.topics.get(f"{prefix}reference"):
+    if not has_legs(scenario) or not bag.readable(f"{prefix}reference"):
         return None
-    messages = [message.poses for _, _, message in bag.messages(f"{prefix}path")] if bag.topics.get(f"{prefix}path") else []
+    messages = [message.poses for _, _, message in bag.messages(f"{prefix}path")] if bag.readable(f"{prefix}path") else []
     sent = [[(pose.pose.position.x, pose.pose.position.y) for pose in poses] for poses in messages if poses]
     paths = []
     for mark in marks:
@@ -169,7 +182,7 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
     track = planned(scenario, paths)
     # In real time the reference begins a little before or after the first odometry.
     delay = 1e-9 * int(bag.topics[f"{prefix}reference"].stamp.min() - start)
-    return track and PlannedTrack(stretches_of(track.stretches, delay), track.waypoints)
+    return track and track._replace(stretches=stretches_of(track.stretches, delay))
 
 
 def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:

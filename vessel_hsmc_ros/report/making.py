@@ -1,7 +1,6 @@
 """Makes the files of a report from bags: the page with labels of its runs, and on request figures and tables (CSV or Parquet)."""
 
 import csv
-import re
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,7 +18,7 @@ from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
 from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
 from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, file_name
 
 MAX_LABEL_TEXTS = 2
 """Differing parameters that a label names; the table of parameters has all of them."""
@@ -83,6 +82,7 @@ class Options:
         page: The page's file; None for the default of `page_of`.
         title: Headline of the page; None for the names of the runs.
         namespace: ROS namespace of the vessel, in bags that hold several.
+        odometry, wrench: Topics of them, where they are not found by name or type.
         figures: png or svg; None for no figures.
         csv, parquet: Whether to write tables.
         hull: Dimensions of the ship that is drawn, by default those of the first run's ship.
@@ -92,6 +92,8 @@ class Options:
     page: Path | None = None
     title: str | None = None
     namespace: str | None = None
+    odometry: str = ""
+    wrench: str = ""
     figures: str | None = None
     csv: bool = False
     parquet: bool = False
@@ -117,7 +119,7 @@ def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
     bags = [bag_path(bag) for bag in bags]
     chosen = options.page or page_of(bags)
     check_writable(chosen.parent)
-    return write(read(bags, options.namespace), replace(options, page=chosen))
+    return write(read(bags, options.namespace, options.odometry, options.wrench), replace(options, page=chosen))
 
 
 def _ships(records: Sequence[Record]) -> list[str]:
@@ -146,11 +148,11 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
         if getattr(options, kind):
             files[kind] = files["page"].parent / f"{prefix}{kind}"
             for record in records:
-                export_run(record.run, files[kind] / _file_name(record.name) if len(records) > 1 else files[kind])
+                export_run(record.run, files[kind] / file_name(record.name) if len(records) > 1 else files[kind])
     return WrittenFiles(list(records), files)
 
 
-def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
+def read(bags: Sequence[Path], namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
     """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover.
 
     Raises:
@@ -158,10 +160,10 @@ def read(bags: Sequence[Path], namespace: str | None = None) -> list[Record]:
     """
     records: list[Record] = []
     for path in bags:
-        bag = open_bag(path)
+        bag = open_bag(path, odometry, wrench)
         summary = RunFolder(bag.path.absolute().parent).read_summary()
         origin = {name: summary[name] for name in (*ORIGIN, "failure") if summary.get(name) not in (None, "")}
-        several = len(bag.namespaces) > 1 and namespace is None
+        several = len(bag.namespaces) > 1 and namespace is None and not odometry
         records += of_fleet(bag, origin) if several else [of_vessel(bag, bag.namespace(namespace), origin)]
     return over_shared_interval(distinguished(records))
 
@@ -176,11 +178,6 @@ def page_of(bags: Sequence[Path]) -> Path:
         return Path(PAGE)
     bag = bags[0].absolute()
     return bag.parent / (PAGE if bag.name == "bag" else f"{bag.stem if bag.is_file() else bag.name}_{PAGE}")
-
-
-def _file_name(name: str) -> str:
-    """A run's name as the name of a folder."""
-    return re.sub(r"[^A-Za-z0-9_.=-]+", "_", name)
 
 
 ROWS = 10_000

@@ -161,7 +161,8 @@ def _legs(records: Sequence[Record]) -> list[dict[str, Any]]:
     tables = []
     for record in records:
         rows = [
-            (str(leg), *(quantity(round(value, 6), "m") for value in values)) for leg, *values in leg_rows(record.track_errors)
+            (str(leg), *(quantity(round(value, 6), "m") for value in values), quantity(round(missed, 3), "%"))
+            for leg, *values, missed in leg_rows(record)
         ]
         if rows:
             tables.append({"name": record.name, "rows": rows})
@@ -201,7 +202,7 @@ def _verdicts(records: Sequence[Record]) -> list[dict[str, str]]:
 
 def _subtitle(records: Sequence[Record]) -> str:
     """Durations, laws and ships of the runs."""
-    durations = dict.fromkeys(f"{record.duration:g} s" for record in records)
+    durations = dict.fromkeys(quantity(record.duration, "s") for record in records)
     parts = [" and ".join(durations)]
     laws = dict.fromkeys(record.scenario.controller.law for record in records if record.scenario)
     if laws:

@@ -16,10 +16,10 @@ from vessel_hsmc_ros.core.run_data import commanded as commanded
 from vessel_hsmc_ros.core.run_data import held as held
 from vessel_hsmc_ros.core.run_data import recorded as recorded
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.core.track_errors import TrackErrors, per_leg
+from vessel_hsmc_ros.core.track_errors import Passed, TrackErrors, missed, per_leg
 from vessel_hsmc_ros.reference.factory import PLANNED, track_of
 from vessel_hsmc_ros.reference.path_parameters import Point
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, track_errors
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, passed, track_errors
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Paths = Sequence[tuple[float, Sequence[Point]]]
@@ -54,9 +54,22 @@ def errors_of(run: Run, track: PlannedTrack | None, running: Array) -> TrackErro
     return None if track is None else track_errors(track, running, run.state[:, :2])
 
 
-def leg_rows(errors: TrackErrors | None) -> list[tuple[int, float, float, float]]:
-    """The table of the legs: number from 1 on, rms and largest cross-track error and rms along-track error, m."""
-    return [] if errors is None else [(leg + 1, *rest) for leg, *rest in per_leg(errors)]  # type: ignore[misc]
+class LegRow(NamedTuple):
+    """A row of the table of the legs: number from 1 on, its errors, m, and the share of its length that was missed, %."""
+
+    leg: int
+    cross_rms: float
+    cross_peak: float
+    along_rms: float
+    missed: float
+
+
+def leg_rows(record: "Record") -> list[LegRow]:
+    """The table of the legs."""
+    errors, legs = record.track_errors, record.passed
+    shares = {leg: missed({leg: lengths}) for leg, lengths in legs.items()}
+    rows = [] if errors is None else per_leg(errors)
+    return [LegRow(e.leg + 1, e.cross_rms, e.cross_peak, e.along_rms, 100.0 * (shares.get(e.leg) or 0.0)) for e in rows]
 
 
 ORIGIN = ("scenario", "mode", "namespace", "seed", "started", "version", "git_commit", "host", "system", "python")
@@ -112,6 +125,12 @@ class Record:
     def track_errors(self) -> TrackErrors | None:
         """Errors against the planned legs and turns; None without any."""
         return errors_of(self.run, self.track, running_time(self.run.time, self.marks))
+
+    @property
+    def passed(self) -> Passed:
+        """How much of each leg was passed near enough; none without a plan."""
+        running = running_time(self.run.time, self.marks)
+        return {} if self.track is None else passed(self.track, float(running[-1]), self.run.state[:, :2])
 
     @property
     def limits(self) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
@@ -171,9 +190,10 @@ def measured(
     if not recorded(run.reference) or not recorded(wrench):
         return None
     part, running = run.time <= until, running_time(run.time, marks)
-    legs = errors_of(run, track or planned(scenario), running)
+    track = track or planned(scenario)
+    legs = errors_of(run, track, running)
     surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
-    return evaluate(
+    found = evaluate(
         running[part],
         run.state[part],
         run.reference[part],
@@ -182,6 +202,11 @@ def measured(
         limits=(surge, yaw),
         hull_length=hull_length(scenario),
         track=None if legs is None else legs.where(part),
+    )
+    return (
+        found
+        if track is None
+        else found._replace(legs_missed=missed(passed(track, float(running[part][-1]), run.state[part, :2])))
     )
 
 

@@ -14,6 +14,7 @@ METRICS = {
     "leg_cross_track_rms": ("legs, cross-track error, rms", "m"),
     "leg_cross_track_peak": ("legs, cross-track error, largest", "m"),
     "leg_along_track_rms": ("legs, along-track error, rms", "m"),
+    "legs_missed": ("legs, share of their length that was missed", "%"),
     "turn_cross_track_rms": ("turns, cross-track error, rms", "m"),
     "position_error_rms_last_quarter": ("position error, rms of the last quarter", "m"),
     "position_error_peak_last_quarter": ("position error, largest of the last quarter", "m"),

@@ -6,14 +6,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.metrics import Metrics, position_error, reversals_per_second, rms, settling_bound
-from vessel_hsmc_ros.core.quantities import number, quantity
+from vessel_hsmc_ros.core.metrics import (
+    NOISE_PEAK,
+    Metrics,
+    position_error,
+    reversals_per_second,
+    rms,
+    settling_bound,
+    settling_time,
+)
+from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.track_errors import per_leg
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
 from vessel_hsmc_ros.reference.planned_track import leg_count
-from vessel_hsmc_ros.report.record import Record, commanded, hull_length, recorded
+from vessel_hsmc_ros.report.record import Record, commanded, hull_length, leg_rows, recorded, running_time
 
 Array = NDArray[np.float64]
 
@@ -53,7 +61,7 @@ def _sentences(record: Record) -> Iterator[str]:
         yield "Without a recorded reference and wrench, the tracking cannot be judged."
         return
     yield _tracking(record, record.metrics)
-    if remarks := [*_actuators(record.run, record.metrics), *_validity(record), *_losses(record)]:
+    if remarks := [*_actuators(record, record.metrics), *_validity(record), *_losses(record)]:
         text = "; ".join(remarks)
         yield f"{text[0].upper()}{text[1:]}."
 
@@ -74,17 +82,39 @@ def _tracking(record: Record, metrics: Metrics) -> str:
     if record.duration < MIN_DURATION * np.sqrt(length / GRAVITY) or len(run.time) < MIN_DURATION:
         ends = f"from {quantity(float(distance[0]), 'm')} to {quantity(metrics.position_error_final, 'm')}"
         return f"The run of {quantity(record.duration, 's')} is too short to judge convergence: the position error goes {ends}."
-    error = (
-        f"the position error is {_distance(metrics.position_error_rms_last_quarter)} rms in the last quarter,"
-        f" at most {_distance(metrics.position_error_peak_last_quarter)}"
-    )
+    return _settled(record, metrics, distance, length)
+
+
+def _settled(record: Record, metrics: Metrics, distance: Array, length: float) -> str:
+    """Whether the error has settled, within a bound that no sensor noise makes impossible.
+
+    No law can be expected to be more accurate than the positions that it is given: an rms error up to their standard deviation,
+    and a largest error up to three of them, count as settled.
+    """
+    run, noise = record.run, position_noise(record)
     bound = settling_bound(float(distance[0]), length)
-    keeps = "keeps station" if _resting(run) else "tracks the reference"
-    if metrics.settling_time is not None and metrics.position_error_peak_last_quarter <= bound:
-        since = f"after {quantity(metrics.settling_time, 's')}" if metrics.settling_time > 0.0 else "all the time"
-        return f"The ship {keeps}: {error}, and below {quantity(bound, 'm')} {since}{_heading(metrics)}."
+    mean, largest = metrics.position_error_rms_last_quarter, metrics.position_error_peak_last_quarter
+    relative = f" ({in_noise(mean, noise)})" if noise > 0.0 else ""
+    error = f"the position error is {_distance(mean)} rms in the last quarter{relative}, at most {_distance(largest)}"
+    below = max(bound, NOISE_PEAK * noise)
+    since = settling_time(running_time(run.time, record.marks), distance, below)
+    if since is not None and largest <= below and mean <= max(bound, noise):
+        keeps, when = "keeps station" if _resting(run) else "tracks the reference", f"after {quantity(since, 's')}"
+        return (
+            f"The ship {keeps}: {error}, and below {quantity(below, 'm')} {when if since else 'all the time'}{_heading(metrics)}."
+        )
     not_yet = "does not keep station" if _resting(run) else "does not track the reference"
     return f"The ship {not_yet}: {error}, {_trend(run.time, distance)}{_heading(metrics)}."
+
+
+def position_noise(record: Record) -> float:
+    """Standard deviation of the positions that the law was given, m: of the simulated sensors, or on a boat as declared."""
+    if record.scenario is None:
+        return 0.0
+    if recorded(record.run.unforced_acceleration):  # by a plant, which has sensors
+        return record.scenario.vessel_sim.sensors.position_noise
+    observer = record.scenario.controller.observer
+    return observer.position_noise if observer.enabled else 0.0
 
 
 def _survey(record: Record, metrics: Metrics) -> str:
@@ -102,7 +132,19 @@ def _survey(record: Record, metrics: Metrics) -> str:
     total = 0 if record.track is None else leg_count(record.track)
     legs = f"{len(rows)} of its {total} legs" if len(rows) < total else f"its {total} legs" if total > 1 else "its leg"
     off = f"{_distance(metrics.leg_cross_track_rms or 0.0)} rms{relative} off the line"
-    return f"On {legs} the ship is {off}{at_most}{where}{turned}."
+    return f"On {legs} the ship is {off}{at_most}{where}{turned}{_missed(record, metrics)}."
+
+
+def _missed(record: Record, metrics: Metrics) -> str:
+    """What was not surveyed of the legs."""
+    share = metrics.legs_missed or 0.0
+    if share < NOTABLE or record.track is None:
+        return ""
+    rows = leg_rows(record)
+    worst = max(rows, key=lambda row: row.missed)
+    most = f", {quantity(worst.missed, '%')} of leg {worst.leg}" if len(rows) > 1 else ""
+    near = quantity(record.track.near, "m")
+    return f"; it missed {quantity(100.0 * share, '%')} of their length{most}, where it was never within {near}"
 
 
 def _distance(value: float) -> str:
@@ -132,8 +174,9 @@ def _trend(time: Array, distance: Array) -> str:
     return f"and {'grows' if change > 0.0 else 'still decreases'} by {quantity(abs(change), 'm')} in the second half of the run"
 
 
-def _actuators(run: Run, metrics: Metrics) -> Iterator[str]:
+def _actuators(record: Record, metrics: Metrics) -> Iterator[str]:
     """Remarks on saturation and chattering."""
+    run, calmed = record.run, _calmed_by(record)
     command = commanded(run) or (run.time, run.wrench)
     shares = metrics.surge_force_at_limit, metrics.yaw_moment_at_limit
     for i, (name, unit) in enumerate((("surge force", "N"), ("yaw moment", "N·m"))):
@@ -142,7 +185,16 @@ def _actuators(run: Run, metrics: Metrics) -> Iterator[str]:
             yield f"the {name} is at its limit {quantity(100.0 * share, '%')} of the time"
         found = _chatter(command[0], command[1][:, i])
         if found is not None:
-            yield f"the {name} chatters, with {number(found[0])} reversals per second of {quantity(found[1], unit)} on average"
+            size = quantity(found[1], unit)
+            yield f"the {name} chatters, with {number(found[0])} reversals per second of {size} on average{calmed}"
+
+
+def _calmed_by(record: Record) -> str:
+    """What reduces the chattering that the noise of the sensors causes; empty without noise."""
+    if not (noise := position_noise(record)) or record.scenario is None:
+        return ""
+    name = "guided.velocity_noise" if record.scenario.controller.law == "guided" else "observer.position_noise"
+    return f", from {quantity(noise, 'm')} of noise of its positions: a larger controller.{name} reduces it"
 
 
 def _chatter(time: Array, values: Array) -> tuple[float, float] | None:
@@ -176,5 +228,7 @@ def _losses(record: Record) -> Iterator[str]:
         yield f"{missed} of {missed + steps} control periods were missed"
     if dropped := record.facts.get("messages_dropped"):
         yield f"the recorder dropped {dropped} messages"
+    if late := record.provenance.get("joined_late"):
+        yield f"the recorder joined late and missed {late}"
     if "state" in record.provenance:
         yield "the bag was cut off"

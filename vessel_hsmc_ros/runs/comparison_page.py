@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, cycle, product
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.runs.comparison import LawMetrics, LawRun
-from vessel_hsmc_ros.scenario.run_folder import provenance
+from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
 from vessel_hsmc_ros.scenario.suite import Row
 
 NUMBERS = (
@@ -28,7 +27,10 @@ NUMBERS = (
 """Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel,
 error on the legs."""
 
-COLOURS = dict(zip(("guided", "hierarchical_printed", "los_pid", "nmpc"), SERIES, strict=False))
+MAX_FINDINGS = 3
+"""Largest number of rows that the title names, and that have a sentence each."""
+
+COLOURS = dict(zip(("guided", "hierarchical", "hierarchical_printed", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
 
 
@@ -137,13 +139,34 @@ def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
     names = [[row.name, row.over.replace("_", " "), *([limits(row)] if limited else [])] for row, _ in rows]
     cells = {title: [[cell(of[law]) if law in of else "" for law in laws] for _, of in rows] for title, cell in CELLS.items()}
     head = ["case", "over", *(["limit"] if limited else [])]
+    rest = [name[:2] for name in names]  # of the other quantities: the limits are those of the first
     if len(laws) == 1:
         return [
             Overview(
                 laws[0], [*head, *CELLS], [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)], len(head)
             )
         ]
-    return [Overview(title, head + laws, [*map(list.__add__, names, lines)], len(head)) for title, lines in cells.items()]
+    first, *others = cells.items()
+    shown = [(first, head, names), *((other, head[:2], rest) for other in others)]
+    return [Overview(title, top + laws, [*map(list.__add__, left, lines)], len(top)) for (title, lines), top, left in shown]
+
+
+def findings(outcomes: Sequence[LawRun]) -> list[str]:
+    """How the laws compare in a sentence for each row, or for each law on many rows with limits."""
+    laws, rows = dict.fromkeys(outcome.law for outcome in outcomes), by_row(outcomes)
+    limited = [outcome for outcome in outcomes if limits(outcome.row)]
+    if limited and len(rows) > MAX_FINDINGS:
+        counts = {law: [outcome.hit for outcome in limited if outcome.law == law] for law in laws}
+        return [f"{law} meets {sum(hits)} of {len(hits)} limits." for law, hits in counts.items() if hits]
+    return [_ranking(row, of_row) for row, of_row in rows[:MAX_FINDINGS]] if len(laws) > 1 else []
+
+
+def _ranking(row: Row, outcomes: Sequence[LawRun]) -> str:
+    """The laws on a row in the order of their errors; a law that stopped comes last."""
+    errors = {outcome.law: outcome.metrics.position_rms if outcome.metrics else math.inf for outcome in outcomes}
+    best, *others = sorted(errors, key=lambda law: errors[law])
+    texts = {law: f"{quantity(error, 'm')} rms" if math.isfinite(error) else "stopped" for law, error in errors.items()}
+    return f"On {row.name} {best} is the most accurate ({texts[best]}), before {', '.join(f'{o} ({texts[o]})' for o in others)}."
 
 
 def notes(outcomes: Sequence[LawRun]) -> list[str]:
@@ -156,7 +179,7 @@ def notes(outcomes: Sequence[LawRun]) -> list[str]:
 def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
     """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder."""
     (folder / "figures").mkdir(exist_ok=True)
-    names = {row.name: re.sub(r"[^A-Za-z0-9_.-]+", "_", row.name) for row, _ in by_row(outcomes)}
+    names = {row.name: file_name(row.name) for row, _ in by_row(outcomes)}
     for row, of_row in by_row(outcomes):
         draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
     pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
@@ -185,7 +208,9 @@ def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
         head, lines = table(row, of_row)
         sections.append(Section(row.name, f"{_scope(row)}; rms effort over the whole run.", pictures[row.name], head, lines))
     about = f"{len(outcomes)} runs, offline · {', '.join(laws)}"
-    return render_sections(f"Laws compared: {', '.join(row.name for row, _ in rows[:3])}", [about], sections, notes(outcomes))
+    more = f" and {len(rows) - MAX_FINDINGS} more" if len(rows) > MAX_FINDINGS else ""
+    title = f"Laws compared: {', '.join(row.name for row, _ in rows[:MAX_FINDINGS])}{more}"
+    return render_sections(title, [about], sections, [*findings(outcomes), *notes(outcomes)])
 
 
 def _scope(row: Row) -> str:

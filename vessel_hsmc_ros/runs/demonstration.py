@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
-LAWS = ("hierarchical_printed", "guided")
+LAWS = ("guided", "hierarchical", "hierarchical_printed")
+"""In the order of their colours in comparisons (`comparison_page.COLOURS`), so that a law has one colour in every figure."""
+
 DURATION = 150.0
 """Simulated time, s: long enough to show which law converges, and short enough to wait for."""
 

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.core.quantities import number, quantity
+from vessel_hsmc_ros.core.metrics import NOISE_PEAK, position_error
+from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT
@@ -44,7 +44,7 @@ class ShipCheck(NamedTuple):
         error: Largest position error in the last quarter of the run, m.
         error_lengths: The same in lengths of the ship.
         duration: Duration of that run, s.
-        noise: Standard deviation of the measured positions, in lengths, which the error may have as well.
+        noise: Standard deviation of the measured positions, in lengths; the error may be as large as theirs.
     """
 
     speed: float
@@ -62,7 +62,7 @@ class ShipCheck(NamedTuple):
     @property
     def tracked(self) -> bool:
         """Whether the ship follows its circle."""
-        return self.error_lengths <= TRACKED + self.noise
+        return self.error_lengths <= max(TRACKED, NOISE_PEAK * self.noise)
 
 
 def check_ship(scenario: Scenario) -> ShipCheck:
@@ -128,11 +128,11 @@ def verdict(check: ShipCheck) -> list[str]:
         f"the circle takes {100.0 * c.surge_share:.0f} % of the surge force, {100.0 * c.yaw_share:.0f} % of the yaw moment and a"
         f" drift angle of {math.degrees(c.demand.drift):.1f}° in calm water",
     ]
-    error = (
-        f"below {100.0 * NEGLIGIBLE:g} % of the ship's length"
-        if c.error_lengths < NEGLIGIBLE
-        else f"at most {quantity(c.error, 'm')}, {number(100.0 * c.error_lengths)} % of the ship's length,"
-    )
+    error = f"below {100.0 * NEGLIGIBLE:g} % of the ship's length"
+    if c.error_lengths >= NEGLIGIBLE:
+        noise = c.noise * c.error / c.error_lengths
+        relative = in_noise(c.error, noise) if noise else f"{number(100.0 * c.error_lengths)} % of the ship's length"
+        error = f"at most {quantity(c.error, 'm')}, {relative},"
     result = f"position error {error} in the last quarter of {c.duration:g} s"
     return [*lines, f"{'follows its circle' if c.tracked else 'does NOT follow its circle'}: {result}"]
 

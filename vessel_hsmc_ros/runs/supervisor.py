@@ -23,6 +23,7 @@ from vessel_hsmc_ros.core.node_list import RELAY, taking_part
 from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
+from vessel_hsmc_ros.nodes.ros_environment import loopback_down
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.runs.processes import MODULES, NodeGroup, NodeProcess
 from vessel_hsmc_ros.scenario.fault_script import dump_script
@@ -111,7 +112,7 @@ class ProcessFaults:
         self._nodes = nodes
         faults = [fault for fault in script.faults if fault.kind in ("kill", "stop", "restart")]
         self._begin = {f"{fault.describe()} begins": fault for fault in faults}
-        self._end = {f"{fault.describe()} ends": fault for fault in faults}
+        self._end = {f"{fault.describe()} ends": fault for fault in faults if fault.kind != "kill"}
         self.affected: set[str] = set()
         self.restarted: set[str] = set()
 
@@ -120,7 +121,7 @@ class ProcessFaults:
         if fault := self._begin.get(text):
             self.affected.add(fault.node)
             self._nodes.send_signal(fault.node, signal.SIGSTOP if fault.kind == "stop" else signal.SIGKILL)
-        elif (fault := self._end.get(text)) and fault.kind != "kill":
+        elif fault := self._end.get(text):
             self.affected.discard(fault.node)
             if fault.kind == "stop":
                 self._nodes.send_signal(fault.node, signal.SIGCONT)
@@ -242,7 +243,7 @@ def silent_after(listener: StatusListener, names: Collection[str], limit: float)
 
 def not_discovered(limit: float) -> ExitStatus:
     """The end of a run whose nodes have not found each other in time."""
-    return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs")
+    return ExitStatus(1, f"the nodes did not discover each other within {limit:g} s, see their logs{loopback_down()}")
 
 
 def supervise(
@@ -352,8 +353,8 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
                 lock.bind(f"\0vessel_hsmc_ros_{domain}_{sha256(name.encode()).hexdigest()[:32]}")  # such names have 107 bytes
             except OSError:
                 raise RunError(
-                    f"another run uses ROS domain {domain} and {meaning}:"
-                    " give this one another --namespace in real time, or another ROS_DOMAIN_ID"
+                    f"another run uses ROS domain {domain} and {meaning}: give this one another namespace in real time"
+                    " (--namespace, or namespace:= in launch), or another ROS_DOMAIN_ID"
                 ) from None
         yield
 

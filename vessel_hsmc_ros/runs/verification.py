@@ -95,8 +95,8 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
         )
     prefix = bag.namespace(namespace)
     for name in TOPICS:
-        if not bag.topics.get(prefix + name):
-            raise BagError(f"bag {bag.path} has no message on {prefix}{name}")
+        if not bag.readable(prefix + name):
+            raise BagError(f"bag {bag.path} has no message on {prefix}{name} that can be decoded")
     _require_unaltered(bag, prefix)
     bag.load(*(prefix + name for name in TOPICS))
     odometry, reference, command = (bag.topics[prefix + name] for name in TOPICS)
@@ -192,7 +192,7 @@ def _apply(loop: ControlLoop, controller: ControllerParameters, events: Sequence
 
 def parameter_changes(bag: Bag, namespace: str | None = None) -> list[float]:
     """Log times, in s, at which parameters of the controller were changed during the recording."""
-    if "/parameter_events" not in bag.topics:
+    if not bag.readable("/parameter_events"):
         return []
     name = f"{bag.namespace(namespace)}controller"
     return [seconds(t) for _, t, m in bag.messages("/parameter_events") if m.node == name and len(m.changed_parameters)]

@@ -80,6 +80,7 @@ class Connection(NamedTuple):
         topics: All topics by their full names.
         twist_frame: Frame of the measured velocities: child, or parent.
         length: Of the ship, m.
+        noise: Declared standard deviations of a sample of the position, m, and of the heading, rad.
         inertias: Its declared surge and yaw inertia, kg and kg·m²; nan where they are not known.
         future: Time by which stamps may be ahead, s.
         covariance_limit: Largest variance of a position, m².
@@ -95,6 +96,7 @@ class Connection(NamedTuple):
     topics: Mapping[str, Topic] = {}
     twist_frame: str = "child"
     length: float = 1.0
+    noise: tuple[float, float] = (0.0, 0.0)
     inertias: tuple[float, float] = (np.nan, np.nan)
     future: float = 0.1
     covariance_limit: float = np.inf

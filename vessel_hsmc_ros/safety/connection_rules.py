@@ -10,10 +10,10 @@ from itertools import product
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.safety.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
-from vessel_hsmc_ros.safety.motion_rules import judge_motion, means, motions_of
-from vessel_hsmc_ros.safety.stamp_rules import clock_step, judge_stamps, times_of
+from vessel_hsmc_ros.safety.motion_rules import judge_motion
+from vessel_hsmc_ros.safety.sign_rules import judge_signs
+from vessel_hsmc_ros.safety.stamp_rules import clock_step, judge_stamps
 
 LEAST_RATE = 5.0
 """Rate of the state down to which the loop steers, Hz (benchmarks/boats.py)."""
@@ -35,8 +35,9 @@ def judge(connection: Connection) -> list[Finding]:
     found += judge_clocks(connection)
     found += judge_sensors(connection)
     if not any(clock_step(connection.topic(role)) for role in connection.roles):  # cause and effect have no common time
-        found += judge_motion(connection)
-        found += judge_signs(connection)
+        motion = [*judge_motion(connection)]
+        doubted = next((each.about for each in motion if each.level == WRONG and each.about in ("heading", "yaw rate")), "")
+        found += [*motion, *judge_signs(connection, doubted)]
     found += judge_exercises(connection)
     levels = {"error": WRONG, "warning": TODO}
     return found + [Finding(levels[level], node, text) for node, (level, text) in connection.statuses.items()]
@@ -253,95 +254,10 @@ def mirrored(fix: Topic, odometry: Topic) -> bool:
     return bool(values[1] > 0.02 * values[0] and np.linalg.det(local @ world.T) < 0.0)
 
 
-STEP = 0.5
-"""Interval of the samples of command and motion, s."""
-
-SURE = 4.0
-"""Deviations from which on the sign of an effect is certain."""
-
-WRENCH, VELOCITY = {"force": "surge force", "moment": "yaw moment"}, {"u": "surge speed", "r": "yaw rate"}
-"""Columns of the forms of command, and what they are."""
-
-EFFECTS = (
-    ("ahead", "astern", "the drives are reversed, or x points astern"),
-    ("to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
-)
-
 OUTPUTS = ("force", "moment", "u", "r", "value")
 """The columns of commands."""
 
 TIMEOUTS = ("OVERDUE", "STAMP_OLD")
-
-SCALED = 5.0
-"""How many times the effect of the declared inertia is a mistake; lag, limits and a current account for less."""
-
-INERTIAS = ("surge_inertia", "yaw_inertia")
-
-
-def judge_signs(connection: Connection) -> Iterator[Finding]:
-    """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction."""
-    samples, output = motions_of(connection), connection.of("output")
-    by_velocity = output is not None and "u" in output.columns
-    command, names = (output, VELOCITY) if by_velocity else (connection.of("command", "applied"), WRENCH)
-    if command is None or samples is None or not set(names) <= set(command.columns):
-        return
-    t, motions = samples
-    commands = [held(command, name, t) for name in names]
-    columns = np.column_stack((t, motions[:, :2], np.unwrap(motions[:, 2]), *commands))
-    middle_times, x, y, psi, *wrench = means(t, columns, STEP).T
-    middle, steps = 0.5 * (psi[1:] + psi[:-1]), np.diff(middle_times)
-    rates = (np.cos(middle) * np.diff(x) + np.sin(middle) * np.diff(y)) / steps, np.diff(psi) / steps
-    inertias = (math.nan, math.nan) if by_velocity else connection.inertias
-    for k, (what, (right, opposite, cause)) in enumerate(zip(names.values(), EFFECTS, strict=True)):
-        about = f"sign of {what.split()[1]}"
-        sign, slope = effect(wrench[k], rates[k])
-        if sign > 0:
-            yield Finding(OK, about, f"positive {what} drives {right}")
-            yield from judge_size(what, slope / STEP * inertias[k], f"controller.vessel.{INERTIAS[k]}")
-        elif sign < 0:
-            yield Finding(WRONG, about, f"positive {what} drives {opposite}: {cause}")
-        else:
-            pulse = "" if by_velocity else ", or `vessel-hsmc check --pulse FORCE,MOMENT`"
-            text = f"no {what} has moved the boat yet: check while it sails turns, or a bag of that{pulse}"
-            yield Finding(TODO, about, text)
-
-
-def judge_size(what: str, times: float, inertia: str) -> Iterator[Finding]:
-    """Whether the effect of a command is about that of the declared inertia; what is not known is nan."""
-    if times > SCALED or times < 1.0 / SCALED:
-        cause = f"is it scaled or limited on its way to the drives, or {inertia} of another ship?"
-        yield Finding(WRONG, f"size of {what.split()[1]}", f"the {what} has {times:.2g} times the effect of its number: {cause}")
-
-
-def held(command: Topic, name: str, grid: Array) -> Array:
-    """A command at some times: the last value before each, and 0 before the first and from a second after the last."""
-    times = times_of(command)
-    index = np.searchsorted(times, grid, side="right") - 1
-    fresh = (index >= 0) & (grid - times[np.maximum(index, 0)] < 1.0)
-    return np.where(fresh, command.columns[name][np.maximum(index, 0)], 0.0)
-
-
-def effect(command: Array, rate: Array) -> tuple[int, float]:
-    """The sign of the effect of a command on the change of a velocity, 0 if it is not certain, and the effect a.
-
-    A least-squares fit of rate[k+1] - rate[k] = a·command - b·rate[k] + c, for commands that are 0 to 2 samples old.
-    """
-    verdicts = []
-    for delay in range(3):
-        n = len(rate) - 1 - delay
-        if n < 12:
-            continue
-        tau, before = command[: len(rate) - 1][:n], rate[delay : delay + n]
-        if np.std(tau) < 1e-9 + 0.01 * float(np.abs(tau).max()):
-            continue
-        a = np.column_stack((tau, before, np.ones(n)))
-        change = rate[delay + 1 : delay + 1 + n] - before
-        found, *_ = np.linalg.lstsq(a, change, rcond=None)
-        rest = change - a @ found
-        covariance = np.linalg.pinv(a.T @ a) * float(rest @ rest) / max(n - 3, 1)
-        verdicts.append((float(found[0]) / math.sqrt(max(covariance[0, 0], 1e-300)), float(found[0])))
-    best, slope = max(verdicts, key=lambda verdict: abs(verdict[0]), default=(0.0, 0.0))
-    return (int(np.sign(best)) if abs(best) > SURE else 0), slope
 
 
 def judge_exercises(connection: Connection) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, wrap
+from vessel_hsmc_ros.core.limits import AT_LIMIT
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.safety.parameters import MonitorParameters
 from vessel_hsmc_ros.safety.reasons import Reason
@@ -133,7 +134,7 @@ class _Axis:
 
     def driven(self, tau: float, bound: float) -> bool:
         """Whether a command is at its bound, on the same side as the one before."""
-        side = (tau >= bound) - (tau <= -bound)
+        side = (tau >= AT_LIMIT * bound) - (tau <= -AT_LIMIT * bound)
         same, self._side = side != 0 and side == self._side, side
         return same
 
@@ -293,5 +294,5 @@ def explained(found: Compared) -> str:
     (x, y), (u, v) = found.moved[:2], found.measured[:2]
     text = f"the positions move at ({x:.3g}, {y:.3g}) m/s, the measured velocities give ({u:.3g}, {v:.3g}) m/s"
     if math.hypot(u, v) < 0.1 * math.hypot(x, y):
-        return f"{text}: is the twist not filled in? controller.observer.enabled: true needs none"
-    return f"{text}: is the twist in the frame of the pose? controller.odometry.twist_frame: parent takes that"
+        return f"{text}: is the twist not filled in? observer.enabled: true needs none"
+    return f"{text}: is the twist in the frame of the pose? odometry.twist_frame: parent takes that"

@@ -6,119 +6,42 @@ velocities contradict the positions, the one with which they fit best is named.
 
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection, Finding, Topic
+from vessel_hsmc_ros.safety.measured_motion import (
+    BLOCK,
+    Samples,
+    along_hull,
+    carried,
+    headings,
+    motions_of,
+    noises,
+    rates,
+    sample_rate,
+    without_jumps,
+)
 from vessel_hsmc_ros.safety.monitors import SLOW_SPEED, Compared, explained
-from vessel_hsmc_ros.safety.stamp_rules import times_of
-
-BLOCK = 1.0
-"""Length of the blocks whose means are compared, s."""
 
 
-class Samples(NamedTuple):
-    """Measured motions: times (n,), s, and x, y, psi, u, v, r (n, 6)."""
-
-    times: Array
-    motions: Array
-
-
-def motions_of(connection: Connection) -> Samples | None:
-    """The measured motion of a connection, with velocities along the hull; None without one."""
-    state, twist = connection.of("odometry", "pose"), connection.of("twist")
-    if state is None or "x" not in state.columns or len(state.received) < 3:
-        return None
-    times = times_of(state)
-    keep = np.concatenate(([True], np.diff(times) > 0.0))
-    columns = [state.columns[name] for name in ("x", "y", "psi")]
-    source = twist if twist is not None else state
-    if "u" not in source.columns:
-        return None
-    at = times if source is state else times_of(source)
-    columns += [np.interp(times, at, source.columns[name]) if source is not state else source.columns[name] for name in "uvr"]
-    motions = np.column_stack(columns).astype(float)[keep]
-    if not np.isfinite(motions).all():
-        return None
-    if connection.twist_frame == "parent":
-        motions = along_hull(motions)
-    return Samples(times[keep], motions)
-
-
-def along_hull(motions: Array, back: bool = False) -> Array:
-    """Motions whose u and v are along x and y, with those along the hull; the other way round if `back`."""
-    c, s = np.cos(motions[:, 2]), np.sin(motions[:, 2]) * (-1.0 if back else 1.0)
-    u, v = motions[:, 3], motions[:, 4]
-    return np.column_stack((motions[:, :3], c * u + s * v, -s * u + c * v, motions[:, 5]))
-
-
-def rates(samples: Samples) -> tuple[Array, Array]:
-    """Velocities of x, y and psi block by block: by the positions, and as measured; each (m, 3)."""
-    t, motions = samples
-    c, s = np.cos(motions[:, 2]), np.sin(motions[:, 2])
-    u, v, r = motions[:, 3:].T
-    world = np.column_stack((c * u - s * v, s * u + c * v, r))
-    steps = 0.5 * (world[1:] + world[:-1]) * np.diff(t)[:, None]
-    integral = np.vstack((np.zeros(3), np.cumsum(steps, axis=0)))
-    place = np.column_stack((motions[:, :2], np.unwrap(motions[:, 2])))
-    # Means over blocks are even with unequal intervals if the times are averaged as well.
-    each = means(t, np.column_stack((t, place, integral)))
-    changes = np.diff(each, axis=0) / np.diff(each[:, :1], axis=0)
-    return changes[:, 1:4], changes[:, 4:]
-
-
-def means(times: Array, columns: Array, width: float = BLOCK) -> Array:
-    """Means of columns over blocks of a width, s, that have samples."""
-    block = ((times - times[0]) / width).astype(int)
-    starts = np.flatnonzero(np.concatenate(([True], np.diff(block) > 0)))
-    counts = np.diff(np.append(starts, len(times)))
-    return np.asarray(np.add.reduceat(columns, starts, axis=0) / counts[:, None])
-
-
-def headings(samples: Samples) -> Array:
-    """Headings between the blocks of `rates`."""
-    each = means(samples.times, np.unwrap(samples.motions[:, 2])[:, None])[:, 0]
-    return np.asarray(0.5 * (each[1:] + each[:-1]))
-
-
-def repetition(samples: Samples, command: Topic | None) -> float:
-    """The longest time, s, for which a boat has one and the same motion although its velocities or the commands are not 0."""
+def repetition(samples: Samples, command: Topic | None) -> tuple[float, bool]:
+    """The longest time, s, of one and the same motion under way or under a command, and whether that is under way."""
     t, motions = samples
     changes = np.flatnonzero((np.diff(motions, axis=0) != 0.0).any(axis=1))
     first, last = np.concatenate(([0], changes + 1)), np.concatenate((changes, [len(t) - 1]))
     longest = int(np.argmax(t[last] - t[first]))
     begin, end = float(t[first[longest]]), float(t[last[longest]])
-    commanded = command is not None and any(
-        values[(command.received > begin) & (command.received < end)].any()
-        for name, values in command.columns.items()
-        if name in ("force", "moment", "u", "r")
-    )
-    return end - begin if commanded or motions[first[longest], 3:].any() else 0.0
-
-
-def without_jumps(samples: Samples, least: float, jitter: float) -> tuple[Samples, Array]:
-    """Samples whose positions do not jump, and the sizes of the jumps, m.
-
-    A step of the positions is a jump where it differs from that of the velocities by some length and by much more than usual.
-
-    Args:
-        samples: As measured.
-        least: The least jump, m.
-        jitter: How many times the median difference a jump is.
-    """
-    t, motions = samples
-    dt = np.diff(t)
-    c, s = np.cos(motions[1:, 2]), np.sin(motions[1:, 2])
-    u, v = motions[1:, 3], motions[1:, 4]
-    error = np.diff(motions[:, :2], axis=0) - np.column_stack((c * u - s * v, s * u + c * v)) * dt[:, None]
-    size = np.linalg.norm(error, axis=1)
-    jumps = (size > least + jitter * float(np.median(size))) & (dt < 3.0 * float(np.median(dt)))
-    smooth = motions.copy()
-    smooth[1:, :2] -= np.cumsum(error * jumps[:, None], axis=0)
-    return Samples(t, smooth), size[jumps]
+    if motions[first[longest], 3:].any():
+        return end - begin, True
+    columns = {} if command is None else command.columns
+    values = [column for name, column in columns.items() if name in ("force", "moment", "u", "r")]
+    if command is None or not values:
+        return 0.0, False
+    commanded = np.any(values, axis=0) & (command.received > begin) & (command.received < end)
+    return (end - float(command.received[commanded][0]) if commanded.any() else 0.0), False
 
 
 LEAST_BLOCKS = 6
@@ -126,14 +49,27 @@ LEAST_BLOCKS = 6
 ERROR_SHARE = 0.3
 """Share of the velocity above which an error counts; knots are twice m/s."""
 
-LEAST_SPREAD = 0.005
-"""Circular variance of the heading from which on its sense can be seen: 0.1 rad."""
+LEAST_SPREAD = 0.1
+"""Circular variance of the difference of course and heading from which on the sense of the heading can be seen."""
+
+LARGEST_SPREAD = 0.1
+"""Circular variance above which a sum of course and heading is not constant."""
 
 LONGEST_REPETITION = 2.0
 """Time for which a moving boat may have one and the same motion, s: that of a slow receiver."""
 
 JUMP, JITTER = 0.3, 20.0
 """A position jumps where it moves on by this share of the ship's length and so many times the usual error of a step."""
+
+NOISY_JUMP = 9.0
+"""Declared deviations of a position that no noise exceeds from one sample to the next."""
+
+BLURRED = 2.0
+"""Deviations of the noise of blocks that are allowed for."""
+
+LARGEST_DRIFT, QUARTER, ASTERN, STEADY = 60.0, 25.0, 150.0, 0.8
+"""Angle between course and heading that no turn makes, how far from a right angle it counts as one, and from where as astern,
+deg; and the resultant above which it is always about the same."""
 
 TURNED, ALIKE = 10.0, 0.95
 """Angle between velocities and positions that counts, deg, and the resultant above which it is always the same."""
@@ -148,10 +84,12 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     samples = motions_of(connection)
     if samples is None:
         return
-    if (still := repetition(samples, connection.of("output", "command"))) > LONGEST_REPETITION:
-        yield judge_repetition(samples, still)
+    still, moving = repetition(samples, connection.of("output", "command"))
+    if still > LONGEST_REPETITION:
+        yield judge_repetition(still, moving)
         return
-    samples, jumps = without_jumps(samples, JUMP * connection.length, JITTER)
+    noise = noises(samples, connection.noise)
+    samples, jumps = without_jumps(samples, JUMP * connection.length + NOISY_JUMP * noise[0], JITTER)
     if len(jumps):
         text = f"they jump, {len(jumps)} times, by {jumps.max():.3g} m at most, as those that are corrected now and then"
         yield Finding(WRONG, "positions", f"{text}: take the continuous odometry of the filter, in odom, not in map")
@@ -160,25 +98,29 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     if len(moved) < LEAST_BLOCKS - 1:
         yield Finding(TODO, "velocities", f"too few samples: it takes {LEAST_BLOCKS * BLOCK:g} s of state")
         return
-    speeds = np.linalg.norm(moved[:, :2], axis=1)
+    blurred = np.array(noise) / math.sqrt(max(sample_rate(samples) * BLOCK, 1.0))  # deviations of the means of blocks
     if in_degrees(samples, moved, measured, slow):
         yield Finding(WRONG, "positions", "they look like latitude and longitude: it takes m in a plane, by navsat_odom_node")
         return
-    if (turned := mirrored_heading(samples, moved, measured, slow)) is not None:
+    spun = 0.5 * connection.length * np.abs(moved[:, 2])  # a boat that turns on the spot heads nowhere
+    fast = np.linalg.norm(moved[:, :2], axis=1) > np.maximum(2.0 * slow + BLURRED * float(blurred[0]), spun)
+    if (turned := mirrored_heading(samples, moved, measured, fast)) is not None:
         yield Finding(WRONG, "heading", turned)
         return
-    found = contradiction(moved, measured, (slow, slow / connection.length))
+    found = contradiction(moved, measured, (slow, slow / connection.length), (float(blurred[0]), float(blurred[1])))
     if not found.known:
-        yield Finding(TODO, "velocities", f"the boat moves at {np.median(speeds):.2g} m/s: check again while it sails turns")
+        speed = np.median(np.linalg.norm(moved[:, :2], axis=1))
+        yield Finding(TODO, "velocities", f"the boat moves at {speed:.2g} m/s: check again while it sails turns")
     elif found.wrong and not (connection.uses_observer and not samples.motions[:, 3:].any()):
-        yield Finding(WRONG, "velocities", named(samples, moved, found.about, connection.twist_frame) or explained(found))
+        about = "yaw rate" if found.about else "velocities"
+        yield Finding(WRONG, about, named(samples, moved, found.about, connection.twist_frame) or explained(found))
     else:
-        yield from judge_drift_angle(samples, moved, measured, slow)
+        yield from judge_drift_angle(samples, moved, measured, fast, commanded_side(connection))
 
 
-def judge_repetition(samples: Samples, still: float) -> Finding:
+def judge_repetition(still: float, moving: bool) -> Finding:
     """What it means that all numbers are the same for a time, s."""
-    if samples.motions[:, 3:].any():
+    if moving:
         return Finding(
             WRONG, "velocities", f"the same numbers for {still:.3g} s under way: does the driver repeat its last message?"
         )
@@ -186,23 +128,35 @@ def judge_repetition(samples: Samples, still: float) -> Finding:
     return Finding(TODO, "velocities", f"{text}, or does the driver repeat its last message?")
 
 
-def contradiction(moved: Array, measured: Array, slow: tuple[float, float]) -> Compared:
-    """How the velocities differ from the positions, over pairs of blocks, in which the noise of the positions partly cancels.
+def contradiction(moved: Array, measured: Array, slow: tuple[float, float], noise: tuple[float, float]) -> Compared:
+    """How the velocities differ from the positions, in all and in each half of the data in which the boat moves.
 
     Args:
         moved, measured: Rates of x, y and psi by the positions and by the velocities, (m, 3).
         slow: Speed and yaw rate below which nothing is concluded, m/s and rad/s.
+        noise: Standard deviations of the means of positions and headings over blocks, m and rad.
     """
-    smooth = [0.5 * (each[1:] + each[:-1]) for each in (moved, measured)]
+    smooth = 0.5 * (moved[1:] + moved[:-1]), 0.5 * (measured[1:] + measured[:-1])  # the noise of positions partly cancels
+    half = len(smooth[0]) // 2
+    whole, *parts = (
+        differs(smooth[0][part], smooth[1][part], slow, noise) for part in (slice(None), slice(half), slice(half, None))
+    )
+    wrong = [bad and all(p[k] is not False for p in parts) for k, bad in enumerate(whole)]
+    about = 1 if wrong[1] and not wrong[0] else 0
     errors = smooth[0] - smooth[1]
-    verdicts = []
-    for part, least in zip((slice(0, 2), slice(2, 3)), slow, strict=True):
-        fastest = max(rms(each[:, part]) for each in smooth)
-        verdicts.append((fastest > 2.0 * least, rms(errors[:, part]) > ERROR_SHARE * fastest + least))
-    wrong = [known and bad for known, bad in verdicts]
-    about = wrong.index(True) if any(wrong) else 0
     worst = int(np.argmax(np.linalg.norm(errors[:, 2:] if about else errors[:, :2], axis=1)))
-    return Compared(smooth[0][worst], smooth[1][worst], any(wrong), any(known for known, _ in verdicts), about)
+    return Compared(smooth[0][worst], smooth[1][worst], any(wrong), any(each is not None for each in whole), about)
+
+
+def differs(moved: Array, measured: Array, slow: tuple[float, float], noise: tuple[float, float]) -> list[bool | None]:
+    """Whether velocities, and the yaw rate, differ from the positions; None where the boat moves too slowly for a verdict."""
+    verdicts: list[bool | None] = []
+    for part, least, blurred in zip((slice(0, 2), slice(2, 3)), slow, noise, strict=True):
+        fastest = max(rms(each[:, part]) for each in (moved, measured))
+        bound = ERROR_SHARE * fastest + least + BLURRED * blurred
+        known = fastest > 2.0 * least + BLURRED * blurred
+        verdicts.append(rms((moved - measured)[:, part]) > bound if known else None)
+    return verdicts
 
 
 def rms(vectors: Array) -> float:
@@ -210,22 +164,24 @@ def rms(vectors: Array) -> float:
     return float(np.sqrt((vectors**2).sum(axis=1).mean()))
 
 
-def judge_drift_angle(samples: Samples, moved: Array, measured: Array, slow: float) -> Iterator[Finding]:
+def commanded_side(connection: Connection) -> int:
+    """The sign of the mean of what has been commanded ahead or astern; 0 if nothing has."""
+    command = connection.of("output", "command", "applied")
+    columns = {} if command is None else command.columns
+    ahead = columns.get("u", columns.get("force", np.zeros(1)))
+    return int(np.sign(ahead.mean()))
+
+
+def judge_drift_angle(samples: Samples, moved: Array, measured: Array, fast: Array, side: int) -> Iterator[Finding]:
     """That a boat moves roughly where it heads, and by the velocities where it does by the positions."""
-    fast = np.linalg.norm(moved[:, :2], axis=1) > 2.0 * slow
     if fast.sum() < LEAST_BLOCKS // 2:
         yield Finding(OK, "velocities", "velocities fit the turns of the heading")
         return
-    ahead = np.exp(1j * (np.arctan2(moved[:, 1], moved[:, 0]) - headings(samples)[: len(moved)]))[fast].mean()
-    angle = math.degrees(np.angle(ahead))
-    if abs(ahead) > 0.8 and abs(angle) > 60.0:
-        cause = (
-            "does the heading count from north?"
-            if abs(abs(angle) - 90.0) < 30.0
-            else "is it going astern, or the IMU mounted backwards?"
-        )
-        offset = f"it takes rad from east, counter-clockwise (navsat_odom.heading_offset = {math.radians(angle):.2f} corrects it)"
-        yield Finding(WRONG, "heading", f"the boat moves {angle:.0f} deg to port of its heading: {cause} {offset}")
+    psi = headings(samples)[: len(moved)][fast]
+    ahead = (moved[fast, 0] + 1j * moved[fast, 1]) * np.exp(-1j * psi)
+    angle = math.degrees(np.angle(ahead.mean()))
+    if abs(angle) > LARGEST_DRIFT and abs(ahead.mean()) > STEADY * np.abs(ahead).mean():
+        yield judge_direction(angle, off_course(ahead, psi), side)
     elif samples.motions[:, 3].any() and not samples.motions[:, 4].any():
         text = "v is 0 in all messages, as of wheels; a boat has sway, which controller.observer.enabled: true estimates"
         yield Finding(TODO, "velocities", text)
@@ -238,6 +194,36 @@ def judge_drift_angle(samples: Samples, moved: Array, measured: Array, slow: flo
         yield Finding(TODO, "heading", f"{text}: {cause}? {correction}")
     else:
         yield Finding(OK, "velocities", f"they fit positions and heading, in m/s and rad/s; drift angle {angle:.0f} deg")
+
+
+def judge_direction(angle: float, shown: bool, side: int) -> Finding:
+    """What it means that a boat moves at a large angle, deg, to its heading, whether or not a current explains it."""
+    text = f"the boat moves {angle:.0f} deg to port of its heading"
+    offset = f"it takes rad from east, counter-clockwise (navsat_odom.heading_offset = {math.radians(angle):.2f} corrects it)"
+    if side < 0 and abs(angle) > ASTERN:
+        return Finding(OK, "velocities", "they fit positions and heading, in m/s and rad/s; the boat goes astern")
+    if shown and abs(abs(angle) - 90.0) < QUARTER:
+        return Finding(WRONG, "heading", f"{text}: does the heading count from north? {offset}")
+    if shown and abs(angle) > ASTERN and side > 0:
+        cause = "is it going astern, by reversed drives, or is the IMU mounted backwards? Then"
+        return Finding(WRONG, "direction", f"{text} under a command ahead: {cause} {offset}")
+    return Finding(TODO, "direction", f"{text}: by wind, current or drives, or is the heading off? Check while it sails turns")
+
+
+def off_course(ahead: Array, psi: Array) -> bool:
+    """Whether a boat moves in another direction than it heads, in all and in each half of the data, and not by a current.
+
+    Args:
+        ahead: Its velocities in its own frame, as complex numbers.
+        psi: Its headings.
+    """
+    half = len(ahead) // 2
+    for part in (slice(None), slice(half), slice(half, None)):
+        mean = complex(ahead[part].mean())
+        steady = abs(mean) > STEADY * float(np.abs(ahead[part]).mean())
+        if not (steady and abs(math.degrees(np.angle(mean))) > LARGEST_DRIFT and abs(mean) > carried(psi)):
+            return False
+    return True
 
 
 def angle_between(moved: Array, measured: Array) -> float:
@@ -258,16 +244,19 @@ def in_degrees(samples: Samples, moved: Array, measured: Array, slow: float) -> 
     return 0.3 < ratio < 3.0 and bool((np.abs(samples.motions[:, :2]) <= 360.0).all())
 
 
-def mirrored_heading(samples: Samples, moved: Array, measured: Array, slow: float) -> str | None:
+def mirrored_heading(samples: Samples, moved: Array, measured: Array, fast: Array) -> str | None:
     """What is wrong where course and heading turn in opposite directions: their sum is constant, and not their difference."""
-    fast = np.linalg.norm(moved[:, :2], axis=1) > 2.0 * slow
-    if fast.sum() < LEAST_BLOCKS // 2:
+    if fast.sum() < LEAST_BLOCKS:
         return None
     course, psi = np.arctan2(moved[fast, 1], moved[fast, 0]), headings(samples)[: len(moved)][fast]
-    total, difference = (np.exp(1j * (course + sign * psi)).mean() for sign in (1.0, -1.0))
-    spread, other = 1.0 - abs(total), 1.0 - abs(difference)
-    if other < LEAST_SPREAD or other < 3.0 * spread:
-        return None
+    speed, half = np.linalg.norm(moved[fast, :2], axis=1), len(course) // 2
+    for part in (slice(None), slice(half), slice(half, None)):
+        spread, other = (1.0 - abs(np.exp(1j * (course + sign * psi)[part]).mean()) for sign in (1.0, -1.0))
+        if other < LEAST_SPREAD or other < 3.0 * spread or spread > LARGEST_SPREAD:
+            return None
+        if abs((speed * np.exp(1j * (course + psi)))[part].mean()) < carried(psi[part]):
+            return None
+    total = np.exp(1j * (course + psi)).mean()
     if abs(np.angle(total * np.exp(-0.5j * math.pi))) < 0.6:
         agrees = float((moved[:, 2] * measured[:, 2]).sum()) > 0.0
         cause = "does the heading count clockwise from north (NED)"

@@ -114,6 +114,13 @@ class SafetyParameters:
         low=-1.0,
         high=math.inf,
     )
+    enable_distance: float = parameter(
+        -1.0,
+        "Largest distance of the reference at which ~/enable is accepted in real time; -1: 100 lengths of the vessel; inf: any.",
+        unit="m",
+        low=-1.0,
+        high=math.inf,
+    )
     surge_force_limit: float = bound("surge force", "N")
     yaw_moment_limit: float = bound("yaw moment", "N·m")
     surge_force_rate: float = own_rate("surge force", "N/s")

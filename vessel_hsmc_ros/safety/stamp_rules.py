@@ -56,6 +56,43 @@ def times_of(topic: Topic) -> Array:
     return np.asarray(stamps + np.median(topic.received - stamps), dtype=float)
 
 
+def unusable(topic: Topic) -> str:
+    """Why the stamps of a topic are no times, whatever the clock here: not filled in, or stepped; empty if they are."""
+    stamps = topic.columns.get("stamp")
+    if stamps is not None and not stamps.any():
+        return f"{topic.name} has no stamps (0): its publisher must fill in header.stamp"
+    step = clock_step(topic)
+    return stepped(topic, step) if step is not None and step.of_stamps else ""
+
+
+def stepped(topic: Topic, step: Step) -> str:
+    """What a step of a clock is, and what to do."""
+    whose = f"the stamps of {topic.name} have" if step.of_stamps else "the clock here has"
+    return f"{whose} stepped by {step.size:.3g} s: set the clock before the nodes start, and let it be slewed from then on"
+
+
+def set_back(stamps: Array) -> float:
+    """The longest time that stamps in the order of recording cover twice, by steps back of some seconds, s.
+
+    A few late messages are no step, and files that are read in another order than they were written cover other times.
+    """
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(stamps) < -BESIDE) + 1])
+    first, last = np.minimum.reduceat(stamps, edges), np.maximum.reduceat(stamps, edges)
+    order = np.argsort(first, kind="stable")
+    twice = np.maximum.accumulate(last[order])[:-1] - first[order][1:]
+    return float(max(twice.max(initial=0.0), 0.0))
+
+
+def clocks_differ(one: Topic, other: Topic, limit: float) -> str:
+    """That the stamps of two topics are of two clocks, by their times of receipt; empty if they differ by a limit, s, or less."""
+    ages = [float(np.median(topic.received - topic.columns["stamp"])) for topic in (one, other)]
+    ahead = ages[0] - ages[1]
+    if abs(ahead) <= limit:
+        return ""
+    word = "ahead of" if ahead > 0.0 else "behind"
+    return f"stamps of {other.name} are {abs(ahead):.6g} s {word} those of {one.name} at receipt: {offset_cause(ahead)}"
+
+
 def judge_stamps(connection: Connection, role: Role, topic: Topic) -> Iterator[str]:
     """That stamps are filled in, increase, and are of the clock of the nodes."""
     if "stamp" not in topic.columns:
@@ -65,8 +102,7 @@ def judge_stamps(connection: Connection, role: Role, topic: Topic) -> Iterator[s
         yield f"{topic.name} has no stamps (0): its publisher must fill in header.stamp"
         return
     if (step := clock_step(topic)) is not None:
-        whose = f"the stamps of {topic.name} have" if step.of_stamps else "the clock here has"
-        yield f"{whose} stepped by {step.size:.3g} s: set the clock before the nodes start, and let it be slewed from then on"
+        yield stepped(topic, step)
     steps = np.diff(stamps)
     if (steps < 0.0).mean() > 0.01:
         yield f"{topic.name} has stamps that go back, {int((steps < 0.0).sum())} of {len(steps)}: two sources on one topic?"

@@ -124,6 +124,12 @@ class Supervision:
         """Let the next commands move at the bounded rate, as after a change of law or gains or a re-localisation."""
         self._handing_over, self._follows_own = 0.0, False
 
+    @property
+    def consequence(self) -> str:
+        """What is commanded where the law may not command, as the end of a message."""
+        others = {Operation.STANDBY: "nothing is commanded", Operation.STOPPED: "zero is commanded"}
+        return others.get(self.operation, "the safe action is commanded")
+
     # -- every control period -----------------------------------------------------------------------------------------
 
     @property

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import FIXED, ThrusterLayout
 from vessel_hsmc_ros.messages.mavlink import OVERRIDDEN, SURFACE_MODES
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time
+from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, transform
 
 MODES = {"manual": "MANUAL", "channels": "MANUAL", "guided": "GUIDED"}
 """The forms of command, and the mode of ArduPilot's surface vehicles in which each is carried out."""
@@ -47,6 +47,7 @@ class MavlinkParameters(CommonParameters):
     connection: str = parameter(
         "udpin:0.0.0.0:14550", "Address as pymavlink has it: udpin:HOST:PORT, udpout:..., tcp:..., or a serial port."
     )
+    publish_tf: bool = transform()
     baud: int = parameter(115200, "Rate of a serial port.", low=1200, high=4_000_000)
     system_id: int = parameter(
         255, "Own system: that of the ground station, of which alone ArduPilot takes overrides (MAV_GCS_SYSID).", low=1, high=255
@@ -151,6 +152,7 @@ class MavlinkParameters(CommonParameters):
 class Px4Parameters(CommonParameters):
     """Parameters of px4, which connects the nodes with PX4 over its DDS bridge, in real time."""
 
+    publish_tf: bool = transform()
     surge_force_limit: float = parameter(1.0, "The force at full throttle.", unit="N", low=1e-6, high=1e15)
     yaw_moment_limit: float = parameter(1.0, "The moment at full steering.", unit="N·m", low=1e-6, high=1e15)
     heartbeat_timeout: float = parameter(

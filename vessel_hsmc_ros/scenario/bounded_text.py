@@ -1,6 +1,7 @@
 """Text files and YAML from anywhere: read with bounds on size, depth and expansion, so that no file exhausts the memory."""
 
 import errno
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -41,7 +42,18 @@ _Plain.add_constructor("tag:yaml.org,2002:int", _Plain.construct_yaml_int)
 
 
 class _Loader(_Plain):
-    """Reads numbers as ROS does: 1e5 is a number, although YAML 1.1 requires a decimal point and a sign."""
+    """Reads numbers as ROS does.
+
+    1e5 is a number, although YAML 1.1 requires a decimal point and a sign; 1_0 and 1:30 are texts.
+    """
+
+    def construct_yaml_int(self, node: Any) -> Any:
+        """An integer, or the text of one that only YAML 1.1 writes so."""
+        return node.value if set(node.value) & set("_:") else super().construct_yaml_int(node)
+
+    def construct_yaml_float(self, node: Any) -> Any:
+        """A number, or the text of one that only YAML 1.1 writes so."""
+        return node.value if set(node.value) & set("_:") else super().construct_yaml_float(node)
 
     def construct_mapping(self, node: Any, deep: bool = False) -> Any:
         """Refuse a second value of a key, which would take the place of the first without a word."""
@@ -51,9 +63,50 @@ class _Loader(_Plain):
         return super().construct_mapping(node, deep)
 
 
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
+_Loader.add_constructor("tag:yaml.org,2002:float", _Loader.construct_yaml_float)
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+(\.\d*)?|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
 )
+
+
+class _RosLoader(_Loader):
+    """Reads all scalars as ROS does: inf is a number, 1_000 and 12:30 are texts, y is a flag; keys stay texts."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """Keep keys such as `y` and `on` as texts."""
+        for key, _ in node.value:
+            if key.tag == f"{_TAG}bool":
+                key.tag = f"{_TAG}str"
+        return super().construct_mapping(node, deep)
+
+    def construct_yaml_float(self, node: Any) -> float | str:
+        """The number, or its text where a double cannot hold it: ROS takes that for a text, and no parameter for a number."""
+        text: str = self.construct_scalar(node)
+        plain = text.lower().lstrip("+")
+        number = float.fromhex(plain) if "x" in plain else float(plain.replace(".inf", "inf").replace(".nan", "nan"))
+        digits = re.search("[1-9]", plain.partition("e")[0])
+        return text if digits and (math.isinf(number) or not number) else number
+
+
+_TAG = "tag:yaml.org,2002:"
+
+_ROS_SCALARS = {
+    "bool": r"[yYnN]|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF",
+    "int": r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)",
+    "float": r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?|[-+]?0[xX][0-9a-fA-F]+(\.[0-9a-fA-F]*)?([pP][-+]?\d+)?"
+    r"|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)|[-+]?(?i:inf|infinity|nan)",
+}
+"""What ROS reads as other than a text, in the order in which it tries."""
+
+_RosLoader.bool_values = {"y": True, "n": False, **_Safe.bool_values}
+_RosLoader.yaml_implicit_resolvers = {
+    first: [(tag, regexp) for tag, regexp in known if tag in (f"{_TAG}null", f"{_TAG}merge")]
+    for first, known in _Safe.yaml_implicit_resolvers.items()
+}
+for _kind, _regexp in _ROS_SCALARS.items():
+    _RosLoader.add_implicit_resolver(f"{_TAG}{_kind}", re.compile(f"^({_regexp})$"), list("-+.0123456789yYnNtTfFoOiI"))
+_RosLoader.add_constructor(f"{_TAG}float", _RosLoader.construct_yaml_float)
 
 
 def read_text(path: Path, limit: int = LARGEST_TEXT) -> str:
@@ -87,6 +140,11 @@ def read_yaml(text: str) -> Any:
             tag does not allow.
     """
     return _loaded(text, _Loader)
+
+
+def read_ros_yaml(text: str) -> Any:
+    """Parse a YAML text with the scalars of ROS parameters files; the errors are those of `read_yaml`."""
+    return _loaded(text, _RosLoader)
 
 
 def read_plain_yaml(text: str) -> Any:

@@ -52,6 +52,15 @@ class ClockParameters:
         return tuple(name.strip("/") for name in self.followers if name)
 
 
+def transform() -> bool:
+    """Declare whether a node that makes odometry publishes its transform."""
+    return parameter(
+        False,
+        "Publish the pose of the odometry on /tf as well, from odom to base_link. One node only may publish it: marker_node does"
+        " too, unless its publish_tf is false.",
+    )
+
+
 def world_frames(what: str) -> tuple[str, ...]:
     """Declare the frames in which the pose of an input may be, `odom` and `map` by default."""
     return parameter(("odom", "map"), f"Frames in which {what} may be, without frame_prefix.")

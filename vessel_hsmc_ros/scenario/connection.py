@@ -90,6 +90,7 @@ def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
         tuple(roles),
         twist_frame=str(p["odometry.twist_frame"]),
         length=float(p["vessel.length"]),
+        noise=(float(p["observer.position_noise"]), float(p["observer.heading_noise"])) if p["observer.enabled"] else (0.0, 0.0),
         inertias=(float(p["vessel.surge_inertia"]), float(p["vessel.yaw_inertia"])),
         future=float(p["safety.freshness.future_tolerance"]),
         covariance_limit=float(p["safety.freshness.covariance_limit"]),

@@ -43,6 +43,7 @@ CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
     f"nodes/test_{name}.py"
     for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
 )
+STANDBY = "nodes/test_standby.py"
 MAVLINK = "nodes/test_mavlink_node.py"
 PX4 = "nodes/test_px4_node.py"
 FORMS = "nodes/test_faults_of_forms.py"
@@ -212,6 +213,41 @@ GUARANTEES: tuple[Guarantee, ...] = (
             f"{CONTROLLER}::test_without_start_enabled_the_node_waits_in_standby_for_enable",
             f"{CONTROLLER}::test_enable_is_refused_with_the_reason_while_an_input_is_missing",
         ),
+    ),
+    Guarantee(
+        "the controller is started by hand in real time",
+        "at the start",
+        "none",
+        "standby, unless `start_enabled: true` is given; the log names the call that enables it",
+        "a person: `~/enable`",
+        (Reason.IN_STANDBY,),
+        (
+            f"{STANDBY}::test_by_default_a_controller_waits_for_a_person_and_a_run_with_its_own_plant_does_not",
+            f"{STANDBY}::test_in_standby_the_log_has_the_call_that_enables_the_node_once",
+        ),
+    ),
+    Guarantee(
+        "the hull is not described, or only a part of it; the files given are for nodes of other names",
+        "at the start",
+        "none",
+        "standby: `~/enable` and `start_enabled` are refused with the data that are missing",
+        "by a start with the whole hull",
+        (Reason.IN_STANDBY,),
+        (
+            "safety/test_enabling.py::test_a_boat_is_enabled_with_all_of_its_hull_data_only",
+            f"{STANDBY}::test_a_controller_with_a_part_of_a_hull_does_not_start_and_is_not_enabled",
+            f"{STANDBY}::test_a_controller_without_hull_data_is_not_enabled",
+            f"{STANDBY}::test_a_renamed_controller_whose_section_is_not_met_is_not_enabled",
+        ),
+    ),
+    Guarantee(
+        "the reference is too far away when the controller is enabled, as with odometry in UTM",
+        "100 lengths of the vessel, or `safety.enable_distance`",
+        "none",
+        "refused with both places and the distance",
+        "a person: `~/enable`, once it is near",
+        (Reason.IN_STANDBY,),
+        (f"{STANDBY}::test_a_reference_out_of_reach_is_refused_with_both_places_until_it_is_near",),
     ),
     Guarantee(
         "another node publishes `cmd_wrench` as well",

@@ -3,6 +3,7 @@
 They stand in `config/interfaces/stacks.yaml`, of which `vessel-hsmc init` makes a parameters file, and `make docs` docs/boats.md.
 """
 
+import shlex
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, NamedTuple
@@ -100,7 +101,7 @@ def commands(stack: Interface, name: str) -> list[str]:
     """The commands that start the nodes of an interface, for a ship of a name."""
     names = {node: stack.nodes.get(node, {}) for node in FIRST if node in stack.nodes or node in ("reference_ship", "controller")}
     programs = LOOP | WATCHERS
-    files = f"--params-file {name}.yaml --params-file {name}_{stack.name}.yaml"
+    files = " ".join(f"--params-file {shlex.quote(file)}" for file in (f"{name}.yaml", f"{name}_{stack.name}.yaml"))
     remaps = {node: "".join(f" -r {own}:={other}" for own, other in topics.items()) for node, topics in names.items()}
     return [f"{programs[node].executable} --ros-args {files}{remaps[node]}" for node in names]
 

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.kinematics import GRAVITY
+from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
@@ -264,7 +265,7 @@ def _thruster(text: str, length: float) -> tuple[float, ...]:
 
 def _finite(text: str) -> float:
     try:
-        return float(text)
+        return number_of(text)
     except ValueError:
         return math.nan
 

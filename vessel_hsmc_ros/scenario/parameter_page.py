@@ -34,7 +34,13 @@ Read [safety](safety.md) first, and have the hardware stop within reach. What st
 - **Check.** `vessel-hsmc check --interface STACK`, beside the nodes or before they run, and `vessel-hsmc check BAG` print a page
   of lines, each OK or what to do: topics, types, quality of service, rates, stamps, frames, units, whether the compass and the
   axes turn the right way, signs of force and moment, stop and time-out. `--pulse 30,20` commands 30 N and then 20 N·m for 2 s
-  each, after a confirmation and without a controller: start with it, or with a bag of a drive by hand.
+  each, after a confirmation and without a controller: start with it, or with a bag of a drive by hand. With `drive.form:
+  cmd_vel` it takes m/s and rad/s, such as `0.5,0.2`, for the loops of the stack.
+- **Verdicts on signs** are OK, WRONG or TO DO. The equation of motion, with turning, damping, wind, current and the lag of the
+  drives, is fitted to what was commanded and measured; the declared noise of the positions counts. OK and WRONG take a command
+  that explains the motion in each third of the data and for every lag that fits. A law in closed loop often shows neither: TO DO
+  names what does, a pulse, steps of the throttle on a straight course, turns to both sides. Exchange no wires for less than a
+  WRONG, and look again with `--pulse` afterwards. `python benchmarks/check_signs.py` tries the verdicts on drawn boats.
 - **First metre.** With the boat at rest send a short path, `vessel-hsmc path legs.csv`, a file of waypoints x, y in the
   frame of the odometry, m, and enable. `vessel-hsmc call stop` is zero at once.
 - **Velocities** that do not fit the positions, as of a twist in another frame, are named after some seconds of motion, and

@@ -24,6 +24,7 @@ from vessel_hsmc_ros.scenario.common_parameters import (
     DiagnosticsParameters,
     OdometryParameters,
     rate,
+    transform,
     world_frames,
 )
 from vessel_hsmc_ros.scenario.watcher_parameters import AUXILIARY as AUXILIARY
@@ -49,6 +50,7 @@ class SimParameters(PlantParameters, CommonParameters):
         low=0.01,
         high=60.0,
     )
+    publish_tf: bool = transform()
     clock: ClockParameters = group(ClockParameters)
     freshness: FreshnessParameters = group(FreshnessParameters)
 
@@ -77,7 +79,14 @@ class ControlParameters(CommonParameters):
         0.5, "In real time, the age of odometry or reference from which on the safe action begins.", unit="s", low=0.01, high=60.0
     )
     start_enabled: bool = parameter(
-        True, "In real time, activate as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts."
+        False,
+        "In real time, command as soon as the node is ready; false waits in standby for ~/enable. Lockstep always starts, and so"
+        " does a run with its own simulated plant.",
+    )
+    autostart: bool = parameter(
+        True,
+        "In real time, go to the lifecycle state inactive by itself; false stays unconfigured, and never activates itself, for a"
+        " lifecycle manager. Lockstep always starts.",
     )
     odometry: OdometryParameters = group(OdometryParameters)
     safety: SafetyParameters = group(SafetyParameters)

@@ -7,7 +7,7 @@ from typing import Any
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_ros_yaml
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 
 USE_SIM_TIME = "use_sim_time"
@@ -39,7 +39,7 @@ def read_parameters(
         ParameterError: no node has hull data of such a name.
     """
     try:
-        document = read_yaml(text)
+        document = read_ros_yaml(text)
     except yaml.YAMLError as error:
         raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict):

@@ -118,6 +118,11 @@ def check_writable(folder: Path) -> None:
         raise RunError(f"files cannot be made in {folder}: {error.strerror}") from None
 
 
+def file_name(name: str) -> str:
+    """A name as that of a file or folder: letters of every script are kept, other characters become underscores."""
+    return re.sub(r"[^\w.=-]+", "_", name)
+
+
 def make_run_folder(parent: Path, name: str) -> RunFolder:
     """Create the folder `<parent>/<time>_<name>`, in UTC, numbered if several runs start within a second.
 
@@ -125,7 +130,7 @@ def make_run_folder(parent: Path, name: str) -> RunFolder:
         RunError: the folder cannot be created.
     """
     now = datetime.datetime.now(tz=datetime.timezone.utc)
-    stem = f"{now:%Y%m%dT%H%M%S}_{re.sub(r'[^A-Za-z0-9_.-]+', '_', name)}"
+    stem = f"{now:%Y%m%dT%H%M%S}_{file_name(name)}"
     for attempt in range(1000):
         path = parent / (stem if attempt == 0 else f"{stem}_{attempt + 1}")
         try:

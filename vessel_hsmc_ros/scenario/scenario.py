@@ -310,7 +310,8 @@ def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str,
     Returns:
         Changes by `node.parameter`, as `load_scenario` takes them.
     """
-    changes: dict[str, object] = {f"{node}.recorded": recorded for node in NODES}
+    # The plant is simulated, and started with them: no person has to enable the controller in real time.
+    changes: dict[str, object] = {**{f"{node}.recorded": recorded for node in NODES}, "controller.start_enabled": True}
     if namespace:
         changes |= {f"{node}.frame_prefix": f"{namespace}/" for node in NODES}
     if real_time:

@@ -158,7 +158,8 @@ def _find(name: str | Path, folder: Path) -> Path:
         raise ScenarioError(f"vessel file {path} does not exist")
     known = vessel_names()
     if str(name) not in known:
-        raise ScenarioError(f"vessel {name} is unknown: it takes one of {', '.join(known)} or the path of a YAML file")
+        near = schema.meant(str(name), known)
+        raise ScenarioError(f"vessel {name} is unknown: it takes one of {', '.join(known)} or the path of a YAML file{near}")
     return _in_library(str(name))
 
 

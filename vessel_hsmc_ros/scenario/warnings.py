@@ -3,6 +3,7 @@
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.plant.hull_check import hull_warning
+from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 SHIPS = (PLANT, REFERENCE, CONTROLLER)
@@ -27,6 +28,10 @@ def check_scenario(scenario: Scenario) -> list[str]:
             "reference_ship.path.radius has no effect and will no longer be read: corners follow from the ship and its limits,"
             " or have the radius path.corner_radius"
         )
+    reference = scenario.reference_ship
+    if reference.mode == "path":  # its plan is the one of the check of the scenario
+        slow = getattr(make_reference(reference, 1.0 / reference.rate_hz), "slow", "")
+        found += [f"reference_ship.path: {slow}"] if slow else []
     if "controller.law" not in scenario.given:
         found.append(
             f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; guided suits every ship"

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST, ThrustCurve, thru
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters, Px4Parameters
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, rate
+from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, rate, transform
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,11 @@ VELOCITIES = ("none", "twist", "course")
 class NavsatOdometryParameters(CommonParameters):
     """Parameters of navsat_odom, which makes odometry of satellite fixes and a heading."""
 
+    publish_tf: bool = transform()
     datum: tuple[float, ...] = parameter(
-        (), "Latitude and longitude of the origin of the odometry, degrees; by default those of the first fix."
+        (),
+        "Latitude and longitude of the origin of the odometry, degrees; by default those of the first fix that the next"
+        " one agrees with. Fixes must be within 50 km.",
     )
     heading: str = parameter(
         "imu",
@@ -207,6 +210,11 @@ class MarkerParameters(CommonParameters):
 
     rate_hz: float = parameter(10.0, "Rate of the markers.", unit="Hz", low=0.1, high=100.0)
     path_rate_hz: float = parameter(1.0, "Rate of the paths.", unit="Hz", low=0.1, high=100.0)
+    publish_tf: bool = parameter(
+        True,
+        "Publish the pose of the odometry on /tf, from odom to base_link, where tf2_msgs is installed; false where another node"
+        " does, such as the localisation.",
+    )
     path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
     vessel: Hull = group(Hull)
     hull: DrawnHull = group(DrawnHull)

@@ -16,8 +16,9 @@ from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
+from vessel_hsmc_ros.report.tables import label, text
 from vessel_hsmc_ros.tuning.gains import Gain
-from vessel_hsmc_ros.tuning.plan import Case, Cost, Evaluation, Tuning
+from vessel_hsmc_ros.tuning.plan import FLOOR, Case, Cost, Evaluation, Tuning
 from vessel_hsmc_ros.tuning.search import Search, Trial
 
 NAME = "tuning"
@@ -207,13 +208,14 @@ def _cost(trial: Trial) -> Cost:
 
 def verdict(result: Result) -> list[str]:
     """The result in one to four sentences."""
-    lines = [_comparison("runs of the tuning", result.present.cost.cost, result.tuned.cost.cost)]
+    metric = result.tuning.objective.metric
+    lines = [_comparison("runs of the tuning", metric, result.present, result.tuned)]
     lines += advice(result.present.cost.cost, result.tuned.cost.cost)
     before, after = result.held_out_present.cost.cost, result.held_out_tuned.cost.cost
     if not result.differs:
         lines.append("The held-out runs are the same: they contain no noise. Give --held-out other cases to see overfitting.")
     else:
-        lines.append(_comparison("held-out runs", before, after))
+        lines.append(_comparison("held-out runs", metric, result.held_out_present, result.held_out_tuned))
         if before < NOTABLE * after and result.present.cost.cost > NOTABLE * result.tuned.cost.cost:
             lines.append("The gains are overfitted to the runs of the tuning.")
     if result.best != result.front[0] and (first := result.front[0].cost):
@@ -235,7 +237,15 @@ def advice(present: float, tuned: float) -> list[str]:
     return ["No trial is better: keep the present gains."]
 
 
-def _comparison(runs: str, before: float, after: float) -> str:
-    """The cost of the present and the tuned gains on some runs, as a sentence."""
-    change = "falls" if before > NOTABLE * after else "rises" if after > NOTABLE * before else "does not change"
-    return f"On the {runs} the cost {change}, from {before:.4g} to {after:.4g} (factor {after / before:.3g})."
+def _comparison(runs: str, metric: str, before: Evaluation, after: Evaluation) -> str:
+    """The cost and the metric of the present and the tuned gains on some runs, as a sentence."""
+    old, new = before.cost.cost, after.cost.cost
+    change = "falls" if old > NOTABLE * new else "rises" if new > NOTABLE * old else "does not change"
+    floor = ", its floor" if bool(np.any(after.values[:, 0] < FLOOR * after.scales[:, 0])) else ""
+    cost = f"On the {runs} the cost {change}, from {old:.4g} to {new:.4g}{floor} (factor {new / old:.3g})"
+    both = np.isfinite(before.values[:, 0]) & np.isfinite(after.values[:, 0])
+    if not both.any():
+        return f"{cost}."
+    mean = " in the mean" if np.count_nonzero(both) > 1 else ""
+    values = (text(metric, float(np.mean(each.values[both, 0]))) for each in (before, after))
+    return f"{cost}; {label(metric)}: {' before, '.join(values)} after{mean}."

@@ -1,0 +1,41 @@
+"""The pose of odometry as a transform on /tf, from the frame of the odometry to that of the vessel (REP-105)."""
+
+from collections.abc import Callable
+from importlib import import_module
+
+from geometry_msgs.msg import TransformStamped
+from nav_msgs.msg import Odometry
+
+from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import VesselNode
+
+
+def transform_of(odometry: Odometry) -> TransformStamped:
+    """The transform from the child frame of odometry to its frame."""
+    stamped = TransformStamped(header=odometry.header, child_frame_id=odometry.child_frame_id)
+    position, translation = odometry.pose.pose.position, stamped.transform.translation
+    translation.x, translation.y, translation.z = position.x, position.y, position.z
+    stamped.transform.rotation = odometry.pose.pose.orientation
+    return stamped
+
+
+def transform_publisher(node: VesselNode) -> Callable[[Odometry], None]:
+    """A function that publishes the transform of odometry on /tf; without `publish_tf` it does nothing.
+
+    Args:
+        node: Which declares the parameter `publish_tf`.
+
+    Raises:
+        InstallationError: tf2_msgs is not installed.
+    """
+    if not node.parameters.publish_tf:
+        return lambda _: None
+    try:
+        kind = import_module("tf2_msgs.msg").TFMessage
+    except ModuleNotFoundError:
+        raise InstallationError(
+            f"{node.NAME}.publish_tf must be false without tf2_msgs, which comes with a ROS install (got true)"
+        ) from None
+    publisher = node.create_publisher(kind, "/tf", qos.STREAM)
+    return lambda odometry: publisher.publish(kind(transforms=[transform_of(odometry)]))
