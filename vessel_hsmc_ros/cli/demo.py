@@ -1,4 +1,4 @@
-"""`vessel-hsmc demo`: the paper's case 2 under two control laws, over real nodes, in one page and one table."""
+"""`vessel-hsmc demo`: the paper's case 2 under its law, repaired and as printed, over real nodes, in one page and one table."""
 
 import sys
 from pathlib import Path
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 def demo(output: Path) -> None:
     """Show two control laws on one example, side by side.
 
-    A ship follows a circle under a disturbance (case 2 of the paper), once with the paper's law and once with the guided law.
+    A ship follows a circle under a disturbance (case 2 of the paper), once with the paper's law, repaired, and once
+    with it as printed.
     The command prints a table of both runs and writes a page that overlays them. Each run keeps a folder of its own with its
     recording. Both run at the same time where there are two cores. This takes a minute or two.
     """

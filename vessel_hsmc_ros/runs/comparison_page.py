@@ -30,7 +30,7 @@ error on the legs."""
 MAX_FINDINGS = 3
 """Largest number of rows that the title names, and that have a sentence each."""
 
-COLOURS = dict(zip(("guided", "hierarchical", "hierarchical_printed", "los_pid", "nmpc"), SERIES, strict=False))
+COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
 
 
