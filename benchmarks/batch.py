@@ -140,7 +140,9 @@ def two_cores(scalar: Scalar, runs: int, rounds: int) -> float:
     with Progress(console=console, transient=True) as progress:
         for _ in progress.track(range(rounds), description="two cores"):
             single, double = elapsed(lambda: scalar.results(runs)), elapsed(lambda: two_at_once(scalar, runs))
-            alone, both = (elapsed(lambda n=n: simulate_many(scenarios("hierarchical_printed", n * runs), workers=n)) for n in (1, 2))  # type: ignore[misc]
+            alone, both = (
+                elapsed(lambda n=n: simulate_many(scenarios("hierarchical_printed", n * runs), workers=n)) for n in (1, 2)
+            )  # type: ignore[misc]
             # A speed-up of 2 takes as long as one core with half of the runs.
             found.append((alone / both) / (single / double))
     return statistics.median(found)

@@ -9,8 +9,8 @@ import pytest
 
 from vessel_hsmc_ros.control.control_loop import ages
 from vessel_hsmc_ros.core.delay_line import whole_periods
-from vessel_hsmc_ros.law.actuator_identification import bank
 from vessel_hsmc_ros.guided.controller import LONGEST_AGE, delays
+from vessel_hsmc_ros.law.actuator_identification import bank
 from vessel_hsmc_ros.law.applied_wrench import channel
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.laws import make_controller

@@ -10,9 +10,9 @@ from compiling import only_compiled
 from vessel_hsmc_ros.campaign.ship_expansion import expand
 from vessel_hsmc_ros.campaign.ship_family import ShipFamily
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.law.actuator_identification import BEST, Bank, bank, first_state, grid, identify, with_model
 from vessel_hsmc_ros.guided.controller import LONGEST_AGE, GuidedController
 from vessel_hsmc_ros.guided.parameters import GuidedParameters
+from vessel_hsmc_ros.law.actuator_identification import BEST, Bank, bank, first_state, grid, identify, with_model
 from vessel_hsmc_ros.law.inputs import unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.runs.offline import simulate

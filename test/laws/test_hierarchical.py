@@ -1,4 +1,4 @@
-"""The repaired hierarchical law: its surfaces obey their reaching laws, it scales with the vessel, and it tracks and keeps station."""
+"""The repaired hierarchical law: its surfaces obey their reaching laws, it scales with the vessel, tracks and keeps station."""
 
 import math
 from dataclasses import replace

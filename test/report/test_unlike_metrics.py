@@ -150,7 +150,10 @@ def test_a_parameter_that_differs_in_any_of_three_runs_is_marked() -> None:
     changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical_printed.sway_weight": 0.002}]
     runs = [still("run", scenario=load_scenario("case2_tracking", each)) for each in changes]
     found = {f"{node['name']}.{row['name']}": row for node in parameter_tables(runs) for row in node["rows"]}
-    assert {name for name, row in found.items() if row["changed"]} == {"vessel_sim.seed", "controller.hierarchical_printed.sway_weight"}
+    assert {name for name, row in found.items() if row["changed"]} == {
+        "vessel_sim.seed",
+        "controller.hierarchical_printed.sway_weight",
+    }
     assert found["vessel_sim.seed"]["values"] == ["0", "5", "0"]
     assert found["controller.hierarchical_printed.sway_weight"]["values"] == ["0.001", "0.001", "0.002"]
 

@@ -51,7 +51,9 @@ def test_a_law_that_is_unstable_at_the_requested_rate_runs_at_100_hz_with_a_note
 
 
 def test_a_law_at_100_hz_instead_of_its_rate_has_the_changes_of_its_row() -> None:
-    own = Row("circle", changes={"vessel_sim.duration": 2.5, "vessel_sim.seed": 7, "controller.hierarchical_printed.sway_weight": 1.5})
+    own = Row(
+        "circle", changes={"vessel_sim.duration": 2.5, "vessel_sim.seed": 7, "controller.hierarchical_printed.sway_weight": 1.5}
+    )
     scenario, fell_back = prepare(Task(own, "hierarchical_printed", 50.0))
     assert (fell_back, scenario.controller.rate_hz, scenario.controller.law) == (True, 100.0, "hierarchical_printed")
     changed = scenario.vessel_sim.duration, scenario.vessel_sim.seed, scenario.controller.hierarchical_printed.sway_weight
@@ -112,7 +114,10 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
     folder = next(tmp_path.iterdir())
     assert {path.name for path in (folder / "figures").iterdir()} == {"case2_tracking.png", "case2_straight.png"}
     runs = json.loads((folder / "compare.json").read_text())["runs"]
-    assert [(r["case"], r["law"]) for r in runs][:2] == [("case2_tracking", "hierarchical_printed"), ("case2_tracking", "los_pid")]
+    assert [(r["case"], r["law"]) for r in runs][:2] == [
+        ("case2_tracking", "hierarchical_printed"),
+        ("case2_tracking", "los_pid"),
+    ]
     assert all(r["position_rms"] > 0.0 and r["verdict"] is None for r in runs)
     assert (folder / "compare.html").read_text().count("data:image/png;base64,") == 2
     assert f"page: {folder / 'compare.html'}" in done.output

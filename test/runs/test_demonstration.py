@@ -34,7 +34,8 @@ def test_a_law_with_a_vanishing_position_error_converges() -> None:
 def test_a_law_with_a_lasting_position_error_does_not_converge() -> None:
     (sentence,) = conclusions([approaching("hierarchical_printed", 4.0)])
     assert sentence.startswith(
-        "The paper's law as printed (hierarchical_printed) does not converge: the position error is 4 m rms over the last quarter of 100 s,"
+        "The paper's law as printed (hierarchical_printed) does not converge: the position error is 4 m rms over the last quarter of"
+        " 100 s,"
         " while the heading error is 0° at the end: the sway and heading terms of its surface S1 cancel"
     )
 
@@ -42,7 +43,8 @@ def test_a_law_with_a_lasting_position_error_does_not_converge() -> None:
 def test_approaches_with_unequal_forces_are_not_to_be_compared() -> None:
     *_, sentence = conclusions([approaching("hierarchical_printed", 4.0, 31e6), approaching("guided", 0.004, 2e5)])
     assert sentence == (
-        "The approaches were made with unequal forces: the paper's law as printed (hierarchical_printed) took a surge force of up to 31 MN,"
+        "The approaches were made with unequal forces: the paper's law as printed (hierarchical_printed) took a surge force of"
+        " up to 31 MN,"
         " the guided law of up to 200 kN. The last quarter shows how well a law tracks."
     )
     assert len(conclusions([approaching("hierarchical_printed", 4.0, 2e5), approaching("guided", 0.004, 2e5)])) == 2

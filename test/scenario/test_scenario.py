@@ -31,7 +31,10 @@ def test_case_2_has_the_parameters_of_the_paper() -> None:
 
 def test_changes_override_the_file() -> None:
     assert (
-        load_scenario("case2_tracking", {"controller.hierarchical_printed.sway_weight": 0.1}).controller.hierarchical_printed.sway_weight == 0.1
+        load_scenario(
+            "case2_tracking", {"controller.hierarchical_printed.sway_weight": 0.1}
+        ).controller.hierarchical_printed.sway_weight
+        == 0.1
     )
 
 

@@ -42,7 +42,8 @@ def test_recorded_inputs_are_answered_compiled_as_interpreted_with_a_change_in_b
 ) -> None:
     monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
     scenario = load_scenario(
-        "case2_tracking", {"controller.law": "hierarchical_printed", "vessel_sim.duration": 3.0, "vessel.sway_yaw_inertia": coupling}
+        "case2_tracking",
+        {"controller.law": "hierarchical_printed", "vessel_sim.duration": 3.0, "vessel.sway_yaw_inertia": coupling},
     )
     recorded = recorded_of(scenario)
     spans = [range(120), range(120, 301)]

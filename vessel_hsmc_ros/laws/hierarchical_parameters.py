@@ -118,7 +118,8 @@ def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float
     }
     g = Gains(
         **numbers | {"l0": q * numbers["l0"]}, m11=vessel.surge_inertia, m33=vessel.yaw_inertia,
-        tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit, T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, T=period,
+        tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit,
+        T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, T=period,
     )  # fmt: skip
     fastest = max(g.k1 + g.eta1 / g.phi1, g.k2 + g.eta2 / g.phi2, g.lam)
     if fastest * period >= 2.0:
