@@ -8,7 +8,7 @@ def words(line: str, path: str = "README.md") -> list[str]:
     return [occurrence.word for occurrence in terms.occurrences(path, line)]
 
 
-@pytest.mark.parametrize("line", ["the law is told the mass", "as_told = 1", "Nobody reads it", "the same bits in every run"])
+@pytest.mark.parametrize("line", ["it lists the key figures", "as_nobody = 1", "Nobody reads it", "the same bits in every run"])
 def test_private_words_are_found_in_prose_and_in_names(line: str) -> None:
     assert words(line) != []
 
@@ -34,5 +34,5 @@ def test_an_occurrence_names_its_place_and_the_standard_term() -> None:
 
 
 def test_exceptions_are_limited_to_their_files() -> None:
-    assert words("# what it asks of the ship", "msg_defs/msg/ControlState.msg") == []
-    assert words("# what it asks of the ship", "docs/live.md") == ["asks"]
+    assert words("# the weather of the ship", "msg_defs/msg/ControlState.msg") == []
+    assert words("# the weather of the ship", "docs/live.md") == ["weather"]

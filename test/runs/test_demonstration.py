@@ -34,8 +34,8 @@ def test_a_law_with_a_vanishing_position_error_converges() -> None:
 def test_a_law_with_a_lasting_position_error_does_not_converge() -> None:
     (sentence,) = conclusions([approaching("hierarchical_printed", 4.0)])
     assert sentence.startswith(
-        "The paper's law as printed (hierarchical_printed) does not converge: the position error is 4 m rms over the last quarter of"
-        " 100 s,"
+        "The paper's law as printed (hierarchical_printed) does not converge: the position error is 4 m rms over the last"
+        " quarter of 100 s,"
         " while the heading error is 0° at the end: the sway and heading terms of its surface S1 cancel"
     )
 
