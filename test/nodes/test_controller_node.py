@@ -146,7 +146,7 @@ def test_a_changed_gain_acts_and_the_weights_stay(bench: Any, plant: Any) -> Non
     before, surface = weights(plant), plant.states[-1].heading_surface
     client = AsyncParameterClient(bench.probe, "controller")
     bench.until(client.services_are_ready)
-    future = client.set_parameters([Parameter("hierarchical.heading_surface_slope", value=0.6)])
+    future = client.set_parameters([Parameter("hierarchical_printed.heading_surface_slope", value=0.6)])
     assert bench.until(lambda: future.done() and future.result()).results[0].successful
     learn(bench, plant, 1)
     assert plant.states[-1].heading_surface != pytest.approx(surface)
@@ -157,8 +157,8 @@ def test_a_changed_gain_acts_and_the_weights_stay(bench: Any, plant: Any) -> Non
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("hierarchical.yaw_reaching_gain", 250.0, "must be below 2"),
-        ("hierarchical.sway_weight", -1.0, ""),
+        ("hierarchical_printed.yaw_reaching_gain", 250.0, "must be below 2"),
+        ("hierarchical_printed.sway_weight", -1.0, ""),
         ("rate_hz", 50.0, "read-only"),
         ("law", "pd", "read-only"),
     ],

@@ -139,7 +139,7 @@ def test_the_bag_contains_its_scenario_and_the_parameters_of_the_nodes(recorded:
     bag = open_bag(tmp_path / "bag")
     assert bag.scenario() == replace(load_scenario(recorded[1] / "params.yaml"), name="case2_tracking")
     assert bag.parameters.keys() == {f"/{node}" for node in taking_part(by_thrusters=False)}
-    assert bag.parameters["/controller"]["hierarchical.network.width"] == 5.0
+    assert bag.parameters["/controller"]["hierarchical_printed.network.width"] == 5.0
     assert bag.recording["messages_dropped"] == "0"
     del bag.attachments[SCENARIO]  # as one that was recorded by hand
     assert bag.scenario().vessel_sim == load_scenario(recorded[1] / "params.yaml").vessel_sim

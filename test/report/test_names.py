@@ -32,7 +32,7 @@ def test_runs_of_one_scenario_are_named_by_law() -> None:
 def test_runs_of_several_scenarios_and_laws_are_named_by_both() -> None:
     guided: dict[str, Any] = {"controller.law": "guided"}
     found = names(case2(), case2(**guided), record("realistic", 1.0, **guided))
-    assert found == ["case2_tracking, hierarchical", "case2_tracking, guided", "realistic, guided"]
+    assert found == ["case2_tracking, hierarchical_printed", "case2_tracking, guided", "realistic, guided"]
 
 
 def test_runs_with_one_law_are_named_by_the_parameters_that_differ() -> None:

@@ -117,7 +117,7 @@ def test_the_subtitle_names_all_durations_laws_and_ships() -> None:
     scenarios = [load_scenario("case2_tracking", changes) for changes in unlike]
     runs = [spiral("run", 0.0, end, 0.0, scenario=each) for end, each in zip((10.5, 20.5, 10.5), scenarios, strict=True)]
     assert page._subtitle(runs) == (
-        "3 runs · 10 s and 20 s · control law guided, hierarchical · ship of 32 m × 6.4 m · ship of 7.5 m × 6.4 m"
+        "3 runs · 10 s and 20 s · control law guided, hierarchical_printed · ship of 32 m × 6.4 m · ship of 7.5 m × 6.4 m"
     )
     assert page._subtitle(runs[:1]) == "10 s · control law guided · ship of 32 m × 6.4 m"
 

@@ -154,9 +154,9 @@ def test_playback_starts_and_stops(page: Browser) -> None:
 
 
 def test_parameters_are_found_by_name(page: Browser) -> None:
-    page.driver.find_element("id", "search").send_keys("hierarchical.heading_weight")
+    page.driver.find_element("id", "search").send_keys("hierarchical_printed.heading_weight")
     names = "[...document.querySelectorAll('#parameters tr:not([hidden]) code')].filter((name) => name.offsetParent)"
-    assert page.run(f"return {names}.map((name) => name.textContent)") == ["hierarchical.heading_weight"]
+    assert page.run(f"return {names}.map((name) => name.textContent)") == ["hierarchical_printed.heading_weight"]
 
 
 def test_several_runs_are_overlaid(window: Browser, pages: Path, tmp_path: Path) -> None:

@@ -184,7 +184,7 @@ def test_every_law_that_ran_at_another_rate_and_every_failure_is_noted() -> None
         LawRun(Row("second"), "los_pid", 25.0, failure="it failed"),
     ]
     assert comparison_page.notes(runs) == [
-        "hierarchical is unstable at the requested rate and ran at 100 Hz",
+        "hierarchical_printed is unstable at the requested rate and ran at 100 Hz",
         "los_pid on second: it failed",
     ]
 

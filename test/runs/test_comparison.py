@@ -47,7 +47,7 @@ def test_the_requested_rate_is_that_of_the_law() -> None:
 def test_a_law_that_is_unstable_at_the_requested_rate_runs_at_100_hz_with_a_note() -> None:
     outcome = run_task(Task(ROW, "hierarchical_printed", 50.0))
     assert outcome.rate_hz == 100.0
-    assert comparison_page.notes([outcome]) == ["hierarchical is unstable at the requested rate and ran at 100 Hz"]
+    assert comparison_page.notes([outcome]) == ["hierarchical_printed is unstable at the requested rate and ran at 100 Hz"]
 
 
 def test_a_law_at_100_hz_instead_of_its_rate_has_the_changes_of_its_row() -> None:
@@ -103,7 +103,7 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
         "case2_tracking",
         "case2_straight",
         "--laws",
-        "hierarchical,los_pid",
+        "hierarchical_printed,los_pid",
         "--set",
         "vessel_sim.duration=1",
         "--jobs",
@@ -123,7 +123,7 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
     assert f"page: {folder / 'compare.html'}" in done.output
     page = (folder / "compare.md").read_text()
     assert page.count("![") == 2
-    assert "| case | over | hierarchical | los_pid |" in page  # no column of limits, where no case has one
+    assert "| case | over | hierarchical_printed | los_pid |" in page  # no column of limits, where no case has one
 
 
 def test_a_value_on_the_command_line_replaces_that_of_a_row_of_the_suite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,7 +68,7 @@ def write_parameter_events(writer: BagWriter) -> None:
     empty = {f"{name}_array_value": np.zeros(0, kind) for name, kind in arrays.items()}
     scalars = {"bool_value": False, "integer_value": 0, "double_value": 1.0, "string_value": "", "string_array_value": []}
     value = types["rcl_interfaces/msg/ParameterValue"](type=3, **scalars, **empty)
-    parameter = types["rcl_interfaces/msg/Parameter"](name="hierarchical.sway_weight", value=value)
+    parameter = types["rcl_interfaces/msg/Parameter"](name="hierarchical_printed.sway_weight", value=value)
     for node, seconds, field in (
         ("/controller", 0.0, "new_parameters"),
         ("/other", 1.0, "changed_parameters"),

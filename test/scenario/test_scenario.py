@@ -92,7 +92,7 @@ def test_sections_match_nodes_in_any_namespace_and_by_wildcard(tmp_path: Path) -
     path = tmp_path / "mine.yaml"
     path.write_text(
         "/**: {ros__parameters: {recorded: true, use_sim_time: false}}\n"
-        "controller: {ros__parameters: {hierarchical: {sway_weight: 2e-3}}}\n"
+        "controller: {ros__parameters: {hierarchical_printed: {sway_weight: 2e-3}}}\n"
         "/alpha/vessel_sim: {ros__parameters: {duration: 7}}\n"
     )
     s = load_scenario(path)

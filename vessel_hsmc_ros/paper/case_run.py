@@ -62,15 +62,10 @@ class CaseResult:
     reduced: tuple[Array, Array]
 
 
-def as_printed(case: Case) -> dict[str, object]:
-    """The law of a case: the paper's as printed, where the scenario has the repaired one."""
-    return {} if case.scenario.startswith("case1") else {"controller.law": "hierarchical_printed"}
-
-
 def scenario_of(case: Case, nodes: bool = False) -> Scenario:
     """The scenario of a case, for the nodes or for a run in this process."""
     # The nodes take a scenario with a recorder; the offline loop needs none.
-    changes = as_printed(case) | dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
+    changes = dict(case.changes) | (for_nodes(recorded=True, real_time=False) if nodes else {})
     scenario = load_scenario(case.scenario, changes)
     if case.rate_hz:
         # load_scenario refuses a rate at which the law is unstable, so the rate is replaced after its checks.
