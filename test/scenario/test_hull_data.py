@@ -124,10 +124,8 @@ def test_the_error_of_a_diverging_papers_ship_names_no_hull_data() -> None:
 
 
 def test_the_error_of_an_unstable_gain_names_the_defaults() -> None:
-    text = "controller: {ros__parameters: {rate_hz: 50.0}}"
-    with pytest.raises(
-        InstabilityError, match=r"; controller\.law and controller\.hierarchical\.yaw_reaching_gain are defaults$"
-    ):
+    text = "controller: {ros__parameters: {rate_hz: 50.0, law: hierarchical_printed}}"
+    with pytest.raises(InstabilityError, match=r"; controller\.hierarchical_printed\.yaw_reaching_gain is a default$"):
         parse_scenario(text, "s")
     with pytest.raises(InstabilityError) as raised:
         load_scenario("case2_tracking", {"controller.rate_hz": 50.0})
