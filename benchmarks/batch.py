@@ -11,6 +11,7 @@ of one run in each form is drawn.
 """
 
 import argparse
+import functools
 import itertools
 import resource
 import statistics
@@ -38,6 +39,7 @@ OFFSET = 1e-4
 
 AGREEMENT = 1e-9
 SHORT = 2
+LAW = "hierarchical_printed"
 """Runs in a turn on one core."""
 
 LARGE = 5
@@ -96,7 +98,7 @@ def scenarios(law: str, runs: int) -> Iterator[Scenario]:
 
 def agree(scalar: Scalar) -> None:
     """Check that both give the same final state, rms and largest position error."""
-    run = simulate(list(scenarios("hierarchical_printed", 2))[1])
+    run = simulate(list(scenarios(LAW, 2))[1])
     error = position_error(run.state, run.reference)
     ours = np.array([*run.state[-1], rms(error), error.max()])
     theirs = np.array(scalar.results(2)[1:])
@@ -120,7 +122,7 @@ def one_core(scalar: Scalar, turns: int) -> tuple[float, float]:
 
     The turns are short, so that both share the minute's speed of the machine.
     """
-    hierarchical, guided = list(scenarios("hierarchical_printed", SHORT)), list(scenarios("guided", SHORT))
+    hierarchical, guided = list(scenarios(LAW, SHORT)), list(scenarios("guided", SHORT))
     for warm in (hierarchical, guided):
         simulate_many(warm)
     steps = SHORT * samples(hierarchical[0])
@@ -140,9 +142,7 @@ def two_cores(scalar: Scalar, runs: int, rounds: int) -> float:
     with Progress(console=console, transient=True) as progress:
         for _ in progress.track(range(rounds), description="two cores"):
             single, double = elapsed(lambda: scalar.results(runs)), elapsed(lambda: two_at_once(scalar, runs))
-            alone, both = (
-                elapsed(lambda n=n: simulate_many(scenarios("hierarchical_printed", n * runs), workers=n)) for n in (1, 2)
-            )  # type: ignore[misc]
+            alone, both = (elapsed(functools.partial(simulate_many, scenarios(LAW, n * runs), workers=n)) for n in (1, 2))
             # A speed-up of 2 takes as long as one core with half of the runs.
             found.append((alone / both) / (single / double))
     return statistics.median(found)
@@ -170,7 +170,7 @@ def elapsed(work: Callable[[], object]) -> float:
 
 def forms(scalar: Scalar, runs: int) -> dict[str, float]:
     """Measure the processor time of one run of case 2 in each form, s."""
-    one, many = next(scenarios("hierarchical_printed", 1)), list(scenarios("hierarchical_printed", runs))
+    one, many = next(scenarios(LAW, 1)), list(scenarios(LAW, runs))
     simulate(one), simulate_many(many[:1])
     return {
         "interpreted: simulate, everything recorded": processor_time(lambda: simulate(one, interpreted=True)),
