@@ -39,8 +39,10 @@ OFFSET = 1e-4
 
 AGREEMENT = 1e-9
 SHORT = 2
-LAW = "hierarchical_printed"
 """Runs in a turn on one core."""
+
+LAW = "hierarchical_printed"
+"""The law of the C++ program."""
 
 LARGE = 5
 """On two cores there are so many times more runs in a turn than `--runs`."""
