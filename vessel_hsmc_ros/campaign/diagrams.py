@@ -112,7 +112,7 @@ def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diag
 
 
 def _settles(results: Results) -> bool:
-    """Whether settling times say anything: not in surveys and on paths, nor where every error settles at the end of its run."""
+    """Whether settling times mean anything: not in surveys and on paths, nor where every error settles at the end of its run."""
     if SETTLING in {**results.campaign.limits, **results.campaign.limits_in_lengths}:
         return True
     end = (1.0 - AT_THE_END) * results.campaign.base.vessel_sim.duration
