@@ -266,3 +266,27 @@ def test_a_share_is_shown_with_the_digits_that_matter() -> None:
     assert [share_text(share) for share in (0.0, 0.00031234, 0.127, 0.994, 0.995, 0.996, 0.997, 0.9996, 1.0)] == [
         "0 %", "0.031 %", "13 %", "99 %", "99.5 %", "99.6 %", "99.7 %", "99.96 %", "100 %",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("times", "drawn"), [([9.95, 10.0], False), ([9.95, 3.0], True), ([None, 9.99], False), ([None, 3.0], True)]
+)
+def test_settling_times_are_drawn_unless_every_error_settles_at_the_end_of_its_run(
+    tmp_path: Path, times: list[float | None], drawn: bool
+) -> None:
+    def settling(row: Row) -> Row:
+        metrics = dict.fromkeys(Metrics._fields, 1.0) | {"leg_cross_track_rms": None, "settling_time": times[row["run"] % 2]}
+        return {"failed": False, "failure": "", "ended_early": False, **metrics}
+
+    made = read(make_folder(tmp_path / "map", GRID, settling))
+    names = [each.axis.name for each in diagrams(made, {}).exceedances]
+    assert any("settling time" in name for name in names) == drawn
+
+
+def test_the_settling_times_of_surveys_are_not_drawn(tmp_path: Path) -> None:
+    def surveyed(row: Row) -> Row:
+        metrics = dict.fromkeys(Metrics._fields, 1.0) | {"settling_time": 3.0}
+        return {"failed": False, "failure": "", "ended_early": False, **metrics}
+
+    made = read(make_folder(tmp_path / "map", GRID, surveyed))
+    assert not any("settling time" in each.axis.name for each in diagrams(made, {}).exceedances)

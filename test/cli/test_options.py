@@ -3,7 +3,9 @@
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
+from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import checked_namespace, parse_changes
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
@@ -45,3 +47,9 @@ def test_a_malformed_change_is_refused(text: str, message: str) -> None:
 @pytest.mark.parametrize("text", ["fleet/alpha", "/fleet/alpha", "fleet/alpha/", "/fleet/alpha/"])
 def test_a_namespace_is_taken_with_and_without_slashes_at_its_ends(text: str) -> None:
     assert checked_namespace(text) == "fleet/alpha"
+
+
+def test_a_value_without_effect_on_the_scenario_is_warned_of() -> None:
+    done = CliRunner().invoke(cli, ["gains", "case2_tracking", "--set", "reference_ship.circle.radius=9.0"])
+    assert "reference_ship.circle.radius is given and has no effect: reference_ship.mode is not circle" in done.output
+    assert done.output.count("no effect") == 1

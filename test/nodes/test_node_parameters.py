@@ -286,3 +286,16 @@ def test_a_value_that_is_not_allowed_ends_the_start_with_the_place_that_gave_it(
         for number, handler in handlers.items():
             signal.signal(number, handler)
     assert reason in capfd.readouterr().err
+
+
+def test_a_setting_without_effect_is_warned_of_at_the_start_as_the_command_line_names_it(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "given.yaml"
+    file.write_text("/**/controller: {ros__parameters: {law: guided, observer: {position_noise: 2.0}, pd: {heading_gain: 2.0}}}")
+    with started(ControllerNode, ["node", "--ros-args", "--params-file", str(file), "-p", "los_pid.lookahead_time:=9.0"]):
+        pass
+    printed = capfd.readouterr().err
+    assert "observer.position_noise is given and has no effect: observer.enabled is false" in printed
+    assert "los_pid.lookahead_time is given and has no effect: law is not los_pid" in printed
+    assert "pd.heading_gain" not in printed

@@ -12,9 +12,10 @@ from records import make_run
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
+from vessel_hsmc_ros.core.metrics import evaluate
 from vessel_hsmc_ros.messages.goals import path_event
-from vessel_hsmc_ros.report import from_bag
-from vessel_hsmc_ros.report.record import Mark, planned
+from vessel_hsmc_ros.report import from_bag, page
+from vessel_hsmc_ros.report.record import Mark, Record, planned
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 STEPS = {"/vessel_10/": 6, "/vessel_2/": 4, "/vessel_1/": 3}
@@ -86,3 +87,26 @@ def test_of_the_paths_that_were_sent_those_that_were_taken_are_planned_from_thei
     assert given == [(2.0, taken), (4.0, last)]
     assert found is not None
     assert found.stretches[0].begin == pytest.approx(plan.stretches[0].begin + 2.0)
+
+
+@pytest.mark.parametrize(
+    ("provenance", "compared"),
+    [
+        ([{"bag": "a", "namespace": "vessel_1"}, {"bag": "a", "namespace": "vessel_2"}], False),
+        ([{"bag": "a", "namespace": "alpha"}, {"bag": "b", "namespace": "beta"}], True),
+        ([{"bag": "a"}, {"bag": "b"}], True),
+        ([{"bag": "a"}, {"bag": "a"}], True),
+    ],
+)
+def test_runs_are_compared_with_the_first_one_but_the_vessels_of_a_fleet_are_not(
+    provenance: list[dict[str, str]], compared: bool
+) -> None:
+    time = np.arange(50.0)
+    records = []
+    for number, origin in enumerate(provenance):
+        run = make_run(time, np.full((50, 6), 1.0 + number))
+        metrics = evaluate(run.time, run.state, run.reference, run.wrench)
+        records.append(Record(f"run {number}", run, metrics, provenance=origin))
+    text = page.render(records, "title", page.hull_of(records))
+    assert ("its difference from run 0" in text) == compared
+    assert ('<small class="worse">' in text) == compared

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import ParameterError, VesselHsmcError
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
 
 CHANGES: list[dict[str, Any]] = [
@@ -22,7 +22,13 @@ CHANGES: list[dict[str, Any]] = [
 def test_a_changed_scenario_is_the_one_loaded_with_the_changes(name: str) -> None:
     scenario = load_scenario(name)
     for changes in CHANGES:
-        changed, loaded = scenario.changed(changes), load_scenario(name, changes)
+        try:
+            loaded = load_scenario(name, changes)
+        except ParameterError:  # a boat does not sail its survey with the mass of a ship
+            with pytest.raises(ParameterError):
+                scenario.changed(changes)
+            continue
+        changed = scenario.changed(changes)
         assert changed == loaded
         assert changed.given == loaded.given
 

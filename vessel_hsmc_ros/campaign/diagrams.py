@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.campaign.findings import short
-from vessel_hsmc_ros.campaign.results import Results
+from vessel_hsmc_ros.campaign.results import LEGS, Results
 from vessel_hsmc_ros.campaign.sensitivity import Influence
 from vessel_hsmc_ros.campaign.statistics import exceedance
 from vessel_hsmc_ros.core.arrays import Array
@@ -25,6 +25,9 @@ BARS = 10
 STRONGEST = 2
 """Number of parameters over which the runs are drawn one by one."""
 
+
+AT_THE_END = 0.01
+"""Share of the duration before the end of a run in which a settling time is that of the end."""
 
 SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
 
@@ -101,11 +104,20 @@ def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diag
     """
     bars = tuple(Bars(law, label(results.main), tuple(entries[:BARS][::-1])) for law, entries in found.items() if entries)
     return Diagrams(
-        tuple(_exceedance(results, metric) for metric in results.shown),
+        tuple(_exceedance(results, metric) for metric in results.shown if metric != SETTLING or _settles(results)),
         bars,
         tuple(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
         tuple(_map(results, law, plane) for plane in [_plane(results)] if plane for law in results.by_variant),
     )
+
+
+def _settles(results: Results) -> bool:
+    """Whether settling times mean anything: not in surveys and on paths, nor where every error settles at the end of its run."""
+    if SETTLING in {**results.campaign.limits, **results.campaign.limits_in_lengths}:
+        return True
+    end = (1.0 - AT_THE_END) * results.campaign.base.vessel_sim.duration
+    times = results.cost(SETTLING)
+    return LEGS not in results.metrics and not bool(np.all(times[np.isfinite(times)] >= end))
 
 
 def _metric(runs: Results, metric: str, every: Results) -> tuple[Axis, Array]:

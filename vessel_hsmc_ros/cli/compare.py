@@ -71,7 +71,7 @@ def compare(
         compare_runs(recorded, output)
         return
     for name in scenarios:  # the law is that of each run
-        load_checked(name, {"controller.law": "guided", **parse_changes(changes)})
+        load_checked(name, {"controller.law": "guided", **parse_changes(changes)}, varied=True)
     rows = [*(Row(Path(name).stem, name) for name in scenarios), *(() if suite is None else load_suite(suite))]
     if not rows:
         raise click.UsageError("give a SCENARIO or --suite")

@@ -14,6 +14,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.scenario.interfaces import interface, interface_text
+from vessel_hsmc_ros.scenario.new_survey import survey_of, with_survey
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
@@ -40,13 +41,22 @@ def main_data_options(command: Callable[..., None]) -> Callable[..., None]:
     "--thruster", "fixed", multiple=True, metavar="X,Y,AHEAD,ASTERN", help="A thruster: its place and thrusts, m and N."
 )
 @click.option("--interface", "stack", metavar="STACK", help="Also write NAME_STACK.yaml, the connection to the stack of a boat.")
+@click.option("--survey", metavar="LEGS,LENGTH,SPACING,SPEED", help="Sail a survey instead of the circle: number, m, m, m/s.")
 @click.option("--no-check", is_flag=True, help="Do not simulate the new scenario.")
 def init(
-    name: str, vessel: str | None, thrusters: bool, fixed: tuple[str, ...], stack: str | None, no_check: bool, **data: Any
+    name: str,
+    vessel: str | None,
+    thrusters: bool,
+    fixed: tuple[str, ...],
+    stack: str | None,
+    survey: str | None,
+    no_check: bool,
+    **data: Any,
 ) -> None:
     """Write NAME.yaml, a complete commented scenario for a ship of your own, and check it by a simulation.
 
-    Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states.
+    Give a vessel, or what you know of the ship; the rest is estimated by rules of thumb, which the file states. The check is a
+    run on a circle, with --survey too.
     """
     if thrusters and vessel is None:
         raise ParameterError("--thrusters is not allowed without --vessel: it takes the thrusters of a vessel, such as otter")
@@ -60,7 +70,7 @@ def init(
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     if connection and "thruster_allocation" in connection.nodes and not scenario.vessel_sim.vessel.thrusters:
         raise ParameterError(f"--interface {stack} is not allowed without thrusters: give each by --thruster x,y,ahead,astern")
-    _write(path, text)
+    _write(path, with_survey(text, survey_of(survey)) if survey else text)
     if connection:
         to = path.with_name(f"{path.stem}_{connection.name}.yaml")
         _write(to, interface_text(connection, path.stem, scenario.controller.vessel, "gps_noise" in given))

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes, scenario_names
-from vessel_hsmc_ros.scenario.warnings import check_scenario
+from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario
 from vessel_hsmc_ros.simulation import compilation
 
 
@@ -218,14 +218,20 @@ def checked_namespace(namespace: str) -> str:
     return namespace
 
 
-def load_checked(name: str, changes: Mapping[str, object]) -> Scenario:
+def load_checked(name: str, changes: Mapping[str, object], varied: bool = False) -> Scenario:
     """Load a scenario, and print a warning for each thing in it that is probably not what was meant.
+
+    Args:
+        name: As `load_scenario`.
+        changes: As `load_scenario`.
+        varied: Whether its runs vary further parameters, which may give effect to settings that have none in the scenario.
 
     Raises:
         ScenarioError, ParameterError: as `load_scenario`.
     """
     scenario = load_scenario(name, changes)
-    for line in check_scenario(scenario):
+    effects = [] if varied else check_effects(scenario, changes)
+    for line in [*check_scenario(scenario), *effects]:
         print_warning(line)
     return scenario
 

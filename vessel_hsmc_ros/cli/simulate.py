@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
-from vessel_hsmc_ros.cli.console import progress_bar
+from vessel_hsmc_ros.cli.console import print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
     interpreted_option,
@@ -20,6 +20,7 @@ from vessel_hsmc_ros.cli.options import (
 from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import check_writable
+from vessel_hsmc_ros.scenario.warnings import check_goals
 
 
 @click.command()
@@ -46,6 +47,8 @@ def simulate(
     """
     chosen = of_row(scenario, campaign, row, bool(changes))
     loaded = chosen.scenario() if chosen else load_checked(scenario or "", parse_changes(changes))
+    for line in check_goals(loaded):
+        print_warning(line)
     check_writable(output.parent)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
         result = scenario_run.run_offline(loaded, output.parent, update, with_bag=not no_bag, with_page=output.with_page)

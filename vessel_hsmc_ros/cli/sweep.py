@@ -58,7 +58,7 @@ def sweep(
     Writes a picture, a page, and all metrics as CSV and JSON into a run folder. Runs that fail are marked.
     """
     given = parse_changes(changes)
-    load_checked(scenario, given)
+    load_checked(scenario, given, varied=True)
     check_writable(output)
     from vessel_hsmc_ros.runs import sweep as sweeps  # imports the libraries of reports
 

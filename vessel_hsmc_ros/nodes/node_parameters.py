@@ -17,7 +17,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
 from vessel_hsmc_ros.scenario.bounded_text import read_ros_yaml
-from vessel_hsmc_ros.scenario.given_parameters import Given, given_parameters
+from vessel_hsmc_ros.scenario.given_parameters import PARAMETER, Given, given_parameters
+from vessel_hsmc_ros.scenario.ineffective import ineffective
 from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 
@@ -75,6 +76,9 @@ def declare(node: Any, cls: type) -> Any:
     _declare(node, entries, schema.flatten(instance))
     if hasattr(instance, "vessel") and (remaining := inherited(instance.vessel)):
         node.get_logger().warning(f"only a part of the hull is given: {remaining}")
+    commanded = [name for name in own if name in given and given[name].place.startswith(PARAMETER)]
+    for line in ineffective(node.NAME, instance, own, commanded):
+        node.get_logger().warning(in_ros_names(line, node.NAME))
     return instance
 
 

@@ -89,11 +89,19 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         marks=content["marks"],
         jitter=jitter_picture(records),
         metrics=metrics_table(records),
+        compared=not of_one_fleet(records),
         parameters=parameter_tables(records),
         provenance=provenance_table(records),
         resolution=_resolution(content["panels"], records),
         numbers=numbers,
     )
+
+
+def of_one_fleet(records: Sequence[Record]) -> bool:
+    """Whether the records are of the vessels of one bag, of which none is the standard of the others."""
+    bags = {record.provenance.get("bag") for record in records}
+    names = {record.provenance.get("namespace") for record in records}
+    return len(bags) == 1 and len(names) == len(records) > 1
 
 
 def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull) -> tuple[dict[str, Any], str]:

@@ -1,9 +1,14 @@
 """Warnings on a scenario that is valid, but probably not what was meant."""
 
+from collections.abc import Collection
+
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.plant.hull_check import hull_warning
 from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.reference.goal_parameters import scheduled_goals
+from vessel_hsmc_ros.reference.path_parameters import scheduled_path
+from vessel_hsmc_ros.scenario.ineffective import ineffective
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 SHIPS = (PLANT, REFERENCE, CONTROLLER)
@@ -37,6 +42,36 @@ def check_scenario(scenario: Scenario) -> list[str]:
             f"controller.law is not given: it is {scenario.controller.law}, the law of the paper; guided suits every ship"
         )
     return found
+
+
+def check_effects(scenario: Scenario, commanded: Collection[str] = ()) -> list[str]:
+    """Find the settings of a scenario that are given and have no effect.
+
+    Args:
+        scenario: The scenario.
+        commanded: The parameters, as `node.parameter`, that a person gave on the command line.
+
+    Returns:
+        One line for each finding; none for the scenarios of the package.
+    """
+    lines: list[str] = []
+    for node in SHIPS:
+        given, own = (_of_node(node, names) for names in (scenario.given, commanded))
+        lines += ineffective(node, getattr(scenario, node), given, own)
+    return lines
+
+
+def check_goals(scenario: Scenario) -> list[str]:
+    """Find that the reference of a scenario waits for messages, which a run without ROS does not have."""
+    p = scenario.reference_ship
+    goals = any(time >= 0.0 for time, _ in scheduled_goals(p.goal))
+    set_alone = {"goal": (goals, "goal.poses"), "path": (scheduled_path(p.path, p.motion.speed) is not None, "path.waypoints")}
+    is_set, name = set_alone.get(p.mode, (True, ""))
+    return [] if is_set else [f"reference_ship.mode = {p.mode} has no effect without {name}: the reference stays at initial_pose"]
+
+
+def _of_node(node: str, names: Collection[str]) -> set[str]:
+    return {name.removeprefix(f"{node}.") for name in names if name.startswith(f"{node}.")}
 
 
 def _partial_hull(scenario: Scenario) -> list[str]:
