@@ -68,6 +68,9 @@ def test_of_the_paths_that_were_sent_those_that_were_taken_are_planned_from_thei
 
         topics: ClassVar[Any] = {"/path": [1], "/reference": SimpleNamespace(stamp=np.array([13, 12]) * 10**9)}
 
+        def readable(self, topic: str) -> bool:
+            return topic in self.topics
+
         def messages(self, _: str) -> Any:
             return [("/path", 0, sent(points)) for points in (refused, taken, last)]
 
