@@ -19,7 +19,17 @@ from scipy.optimize import lsq_linear
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
-from vessel_hsmc_ros.identification.types import DELAY, GAINS, HULL, OFFSETS, POSITIVE, Measurements, Unknowns, vessel
+from vessel_hsmc_ros.identification.types import (
+    DELAY,
+    GAINS,
+    HULL,
+    OFFSETS,
+    POSITIVE,
+    Measurements,
+    Unknowns,
+    current_names,
+    vessel,
+)
 from vessel_hsmc_ros.identification.windows import Windows
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
@@ -115,14 +125,18 @@ def input_size(runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
 
 
 def natural_scale(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
-    """For each number, the value with which its force is about as large as the recorded one, (p,)."""
-    matrix = np.concatenate([columns(unknowns.names, *run) for run in runs])
+    """For each number, the value with which its force is about as large as the recorded one; for currents the rms speed, (p,)."""
+    flows = current_names(len(runs))
+    names = [name for name in unknowns.names if name not in flows]
+    speed = float(np.sqrt(np.mean(np.square(np.concatenate([smoothed.velocity[:, :2] for _, smoothed in runs])))))
+    matrix = np.concatenate([columns(names, *run) for run in runs])
     sizes = np.sqrt(np.mean(np.square(matrix), axis=0))
     wrench = np.concatenate([run.wrench for run, _ in runs])
     force = np.sqrt(np.mean(np.square(wrench), axis=0))
     # An equation without an input of its own, such as sway, has the forces of the others' inertia.
     force = np.maximum(force, 1e-3 * force.max() + 1e-300)
-    return np.asarray(np.min(force[:, None] / np.maximum(sizes, 1e-9 * sizes.max() + 1e-300), axis=0))
+    scale = np.min(force[:, None] / np.maximum(sizes, 1e-9 * sizes.max() + 1e-300), axis=0)
+    return np.append(scale, np.full(len(unknowns.names) - len(names), speed or 1.0))  # currents are the last of the unknowns
 
 
 def unexcited(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> dict[str, str]:
