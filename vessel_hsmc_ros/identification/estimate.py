@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.measurements import checked, few_reversals
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
-from vessel_hsmc_ros.identification.regression import natural_scale, regress, unexcited
+from vessel_hsmc_ros.identification.regression import natural_scale, regress, regress_currents, through_water, unexcited
 from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
 from vessel_hsmc_ros.identification.types import (
     DELAY,
@@ -152,7 +152,8 @@ def _currents(runs: int, values: Mapping[str, float], errors: Mapping[str, float
     for flow, error in zip(currents(values, runs), currents(errors, runs), strict=True):
         speed = float(np.hypot(*flow))
         # A component that is held has no standard error, and is zero.
-        found.append(Current(*flow.tolist(), float(np.hypot(*(flow * error))) / speed if speed else np.nan))
+        own = float(np.hypot(*(flow * error))) / speed if speed else np.nan
+        found.append(Current(float(flow[0]), float(flow[1]), own))
     return tuple(found)
 
 
@@ -189,7 +190,9 @@ def refined(runs: list[Measurements], smoothed: list[Smoothed], free: Unknowns, 
     idle = _required(unexcited(free, data))
     free = _holding(free, idle)
     noise = largest(smoothed, "noise")
-    vector = np.append(_start(data, free, LENGTHS[0] * window, noise), np.zeros(1 + 2 * len(runs)))
+    flows = regress_currents(free, data)
+    moving = through_water(data, flows)
+    vector = np.concatenate([_start(moving, free, LENGTHS[0] * window, noise), [0.0], flows.ravel()])
     interval = max(float(np.median(np.diff(run.time))) for run in runs)
     free = replace(free, names=(*free.names, DELAY, *current_names(len(runs))), earliest=EARLIEST * interval)
     shooting, vector, early = _lengthened(data, free, vector, noise, window, progress)
