@@ -213,7 +213,7 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
         return f"prediction {len(predicted)}"
 
     monkeypatch.setattr("vessel_hsmc_ros.identification.windows.predict", predict)
-    monkeypatch.setattr("vessel_hsmc_ros.identification.steady_force.steady_force", lambda *given: given)
+    monkeypatch.setattr("vessel_hsmc_ros.identification.steady_load.steady_load", lambda *given: given)
     monkeypatch.setattr(own_ship, "ship_of", lambda values: values)
     monkeypatch.setattr("vessel_hsmc_ros.core.schema.flatten", lambda values: values)
     found: Any = SimpleNamespace(values={"a": 1.5, "b": 2.5}, inputs={"gain": 0.75})
@@ -226,7 +226,7 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
         ("one", "prediction 1", "prediction 2"),
         ("two", "prediction 3", "prediction 4"),
     ]
-    assert [each.force for each in judged] == [(new, name, 7.5, {"gain": 0.75}) for name in runs]
+    assert [each.load for each in judged] == [(new, name, 7.5, {"gain": 0.75}) for name in runs]
     assert [each.before for each in identify._judged(runs, found, None, 7.5)] == [None, None]
 
 

@@ -27,7 +27,7 @@ def variances(samples: int, parameters: int, slow: float, lasting: float = 0.0, 
     jacobian[0, tail:] *= burst
     rows, whole, unused = jacobian.reshape(-1, parameters), np.zeros((1, samples, 6)), np.zeros(0)
     at = np.zeros(1, np.int64)
-    cut = Windows(whole[:, :, 0], whole[:, :, :3], whole, at, at + samples, 1, unused, unused, unused)
+    cut = Windows(whole[:, :, 0], whole[:, :, :3], whole, at, at + samples, 1, unused, unused, unused, at)
     projection, stated, errors = np.linalg.pinv(rows), [], []
     for _ in range(DRAWS):
         noise = np.zeros((samples + 1, 6))

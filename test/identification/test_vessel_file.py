@@ -10,7 +10,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.identification import estimate, page
 from vessel_hsmc_ros.identification.page import HeldOut, known_of, render, vessel_text
-from vessel_hsmc_ros.identification.steady_force import SteadyForce
+from vessel_hsmc_ros.identification.steady_load import SteadyLoad
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction, model
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
@@ -96,9 +96,9 @@ def test_length_and_beam_must_be_known(found: Identified) -> None:
 
 
 def test_the_page_is_one_file_with_all_its_parts(found: Identified) -> None:
-    held_out = HeldOut(RUN._replace(name="unseen"), prediction(), prediction(), SteadyForce(30.0, 40.0, 9.0, 1.0))
+    held_out = HeldOut(RUN._replace(name="unseen"), prediction(), prediction(), SteadyLoad("force", 30.0, 40.0, 9.0, 1.0))
     page = render("Mine", [RUN], found, [held_out])
-    assert "unseen: a steady force of 50 N towards 53° from x would explain the position error of 9 m (1 m with it)" in page
+    assert "unseen: a steady force of 50 N towards 53° from x explains the position error of 9 m (1 m with it)" in page
     for part in ("Held out: unseen", "held out, start vessel: unseen", "Used: sea trial &lt;1&gt;", "Residuals", "Correlations"):
         assert part in page
     assert page.count("data:image/png;base64,") == 4

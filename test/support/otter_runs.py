@@ -1,5 +1,7 @@
 """Simulated runs of the Otter under much excitation or little, as a logger samples them."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from vessel_hsmc_ros.core import schema
@@ -18,7 +20,15 @@ FINE, LAG = 0.01, 0.1
 """Interval of the simulation and lag of the propellers, s."""
 
 
-def otter(seed: int, rate_hz: float, rich: bool, held: bool, duration: float = 60.0) -> Measurements:
+def otter(
+    seed: int,
+    rate_hz: float,
+    rich: bool,
+    held: bool,
+    duration: float = 60.0,
+    current: tuple[float, float] = (0.0, 0.0),
+    hull: Mapping[str, float] = OTTER,
+) -> Measurements:
     """A run of the Otter as its sensors measure it.
 
     Args:
@@ -27,13 +37,15 @@ def otter(seed: int, rate_hz: float, rich: bool, held: bool, duration: float = 6
         rich: The programme with many reversals instead of one.
         held: The force keeps each sampled value until the next sample, instead of changing with the lag of the propellers.
         duration: Length of the run, s.
+        current: Along x and y, m/s, steady.
+        hull: Its data.
     """
     random = np.random.default_rng(seed)
     every, time = round(1.0 / (rate_hz * FINE)), np.arange(0.0, duration + 1.0 / rate_hz, FINE)
     force = lagged((much if rich else little)(time / duration, random) * LIMITS)
     acting = np.repeat(force[::every], every, axis=0)[: len(time)] if held else force
     whole = windows([Measurements(time, 0.0 * force, 0.0 * force, acting)], duration + 1.0)
-    states = simulated(whole, np.zeros((1, 6)), vessel(OTTER), np.ones(3), np.zeros(3))[0]
+    states = simulated(whole, np.zeros((1, 6)), vessel(hull), np.ones(3), np.zeros(3), currents=np.array([current]))[0]
     samples = slice(0, round(duration * rate_hz) * every, every)
     measured = states[samples] + np.array(NOISE) * random.standard_normal(states[samples].shape)
     return Measurements(time[samples], measured[:, :3], measured[:, 3:], force[samples], f"Otter, seed {seed}")

@@ -146,7 +146,7 @@ def _judged(
     """Predictions of the held-out runs, by the identified ship and by the start vessel."""
     from vessel_hsmc_ros.core import schema
     from vessel_hsmc_ros.identification.page import HeldOut
-    from vessel_hsmc_ros.identification.steady_force import steady_force
+    from vessel_hsmc_ros.identification.steady_load import steady_load
     from vessel_hsmc_ros.identification.windows import predict
     from vessel_hsmc_ros.scenario.own_ship import ship_of
 
@@ -157,7 +157,7 @@ def _judged(
             run,
             predict(found.values, run, window, found.inputs),
             predict(hull, run, window) if start else None,
-            steady_force(found.values, run, window, found.inputs),
+            steady_load(found.values, run, window, found.inputs),
         )
         for run in unused
     ]

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.measurements import checked, few_reversals
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
-from vessel_hsmc_ros.identification.regression import natural_scale, regress, unexcited
+from vessel_hsmc_ros.identification.regression import natural_scale, regress, regress_currents, through_water, unexcited
 from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
 from vessel_hsmc_ros.identification.types import (
     DELAY,
@@ -20,10 +20,13 @@ from vessel_hsmc_ros.identification.types import (
     OFFSETS,
     PAPER,
     POSITIVE,
+    Current,
     Identified,
     Measurements,
     Model,
     Unknowns,
+    current_names,
+    currents,
     unknowns,
 )
 from vessel_hsmc_ros.identification.windows import WINDOW, predict, unrolled, windows
@@ -113,9 +116,11 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
     shooting.residuals(vector)
     correlation = regression.correlations(matrix)
     errors = dict(zip(names, np.sqrt(np.diag(matrix)).tolist(), strict=True))
-    reported = [index for index, name in enumerate(names) if name != DELAY]
+    chosen = (*model.parameters, *model.inputs)
+    reported = [index for index, name in enumerate(names) if name in chosen]
     hull = {name: values[name] for name in HULL}
     inputs = {name: values[name] for name in (*model.inputs, *(name for name in names if name == DELAY))}
+    flows = _currents(len(runs), values, errors)
     lengths = [len(run.time) for run in runs]
     simulated = shooting.states(vector, shooting.starts)
     unweighted = unrolled(shooting.cut, shooting.cut.measured - simulated, sum(lengths))
@@ -125,7 +130,7 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
         inputs,
         {names[index]: errors[names[index]] for index in reported},
         correlation[np.ix_(reported, reported)],
-        tuple((name, why) for name, why in held.items() if name != DELAY),
+        tuple((name, why) for name, why in held.items() if name in chosen),
         (
             *_doubts(runs),
             *few_reversals(runs, names),
@@ -135,9 +140,21 @@ def _result(runs: list[Measurements], model: Model, fit: Fit, window: float) -> 
         ),
         tuple(np.split(unweighted, np.cumsum(lengths)[:-1])),
         np.where(np.isfinite(shooting.cut.measured).any(axis=(0, 1)), shooting.noise, np.nan),
-        tuple(predict(hull, run, window, inputs) for run in runs),
+        tuple(predict(hull, run, window, inputs, flow[:2]) for run, flow in zip(runs, flows, strict=True)),
         np.column_stack([simulated[:, :, 3:].min(axis=(0, 1)), simulated[:, :, 3:].max(axis=(0, 1))]),
+        flows,
     )
+
+
+def _currents(runs: int, values: Mapping[str, float], errors: Mapping[str, float]) -> tuple[Current, ...]:
+    """The current of each run, from all values and the standard errors of the estimated ones."""
+    found = []
+    for flow, error in zip(currents(values, runs), currents(errors, runs), strict=True):
+        speed = float(np.hypot(*flow))
+        # A component that is held has no standard error, and is zero.
+        own = float(np.hypot(*(flow * error))) / speed if speed else np.nan
+        found.append(Current(float(flow[0]), float(flow[1]), own))
+    return tuple(found)
 
 
 def _doubts(runs: Sequence[Measurements]) -> list[str]:
@@ -173,9 +190,11 @@ def refined(runs: list[Measurements], smoothed: list[Smoothed], free: Unknowns, 
     idle = _required(unexcited(free, data))
     free = _holding(free, idle)
     noise = largest(smoothed, "noise")
-    vector = np.append(_start(data, free, LENGTHS[0] * window, noise), 0.0)
+    flows = regress_currents(free, data)
+    moving = through_water(data, flows)
+    vector = np.concatenate([_start(moving, free, LENGTHS[0] * window, noise), [0.0], flows.ravel()])
     interval = max(float(np.median(np.diff(run.time))) for run in runs)
-    free = replace(free, names=(*free.names, DELAY), earliest=EARLIEST * interval)
+    free = replace(free, names=(*free.names, DELAY, *current_names(len(runs))), earliest=EARLIEST * interval)
     shooting, vector, early = _lengthened(data, free, vector, noise, window, progress)
     shooting.residuals(vector)
     jacobian = shooting.jacobian(vector)

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.version import __version__
-from vessel_hsmc_ros.identification.steady_force import SteadyForce
+from vessel_hsmc_ros.identification.steady_load import SteadyLoad, towards
 from vessel_hsmc_ros.identification.types import Identified, Measurements, Prediction
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.report.page_kit import Section, render_sections
@@ -36,13 +36,13 @@ class HeldOut(NamedTuple):
         run: The run.
         prediction: With the identified parameters.
         before: With the start vessel; None without one.
-        force: The steady force that fits the run best.
+        load: The steady force or current that fits the run best.
     """
 
     run: Measurements
     prediction: Prediction
     before: Prediction | None
-    force: SteadyForce
+    load: SteadyLoad
 
 
 UNUSUAL = 2.0
@@ -52,7 +52,7 @@ UNUSUAL = 2.0
 def explanations(found: Identified, held_out: Sequence[HeldOut]) -> list[str]:
     """A sentence on each held-out run that is predicted much worse than the runs used: what would explain it."""
     usual = max(prediction.rms()["position"] for prediction in found.predictions)
-    return [each.force.sentence(each.run.name) for each in held_out if each.force.before > UNUSUAL * usual]
+    return [each.load.sentence(each.run.name) for each in held_out if each.load.before > UNUSUAL * usual]
 
 
 def render(name: str, runs: Sequence[Measurements], found: Identified, held_out: Sequence[HeldOut]) -> str:
@@ -119,7 +119,7 @@ def errors(prediction: Prediction) -> dict[str, str]:
 
 
 def parameters_table(found: Identified) -> list[list[str]]:
-    """Estimates with their standard errors."""
+    """Estimates with their standard errors, and the current of each run."""
     entries = schema.entries(VesselParameters)
     lines = []
     for name, value in found.parameters.items():
@@ -127,6 +127,11 @@ def parameters_table(found: Identified) -> list[list[str]]:
         relative = f"{100.0 * error / abs(value):.2g} %" if value else ""
         described = (entry.unit, entry.description) if entry else ("", "Input gain or offset.")
         lines.append([name, f"{value:.4g}", f"{error:.2g}", relative, *described])
+    meaning = ("m/s", "Steady current over ground; its direction is measured from x towards y.")
+    for number, (x, y, error) in enumerate(found.currents, 1):
+        speed = math.hypot(x, y)
+        estimate = [towards(x, y, "m/s"), f"{error:.2g}", f"{100.0 * error / speed:.2g} %"] if speed else ["none found", "", ""]
+        lines.append([f"current of run {number}", *estimate, *meaning])
     return lines
 
 

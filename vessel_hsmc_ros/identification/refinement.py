@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
-from vessel_hsmc_ros.identification.types import GAINS, NOT_NEGATIVE, POSITIVE, Unknowns, inputs, vessel
+from vessel_hsmc_ros.identification.types import GAINS, NOT_NEGATIVE, POSITIVE, Unknowns, currents, inputs, vessel
 from vessel_hsmc_ros.identification.windows import Windows, simulated
 
 DIFFERENCE = 1e-5
@@ -62,7 +62,7 @@ class Shooting:
     def states(self, vector: Array, starts: Array) -> Array:
         """The simulated motion, (w, k, 6); infinite from where it diverges."""
         values = self.unknowns.values(vector)
-        motion = simulated(self.cut, starts, vessel(values), *inputs(values))
+        motion = simulated(self.cut, starts, vessel(values), *inputs(values), currents(values, int(self.cut.run[-1]) + 1))
         return np.where(np.isfinite(motion), motion, np.inf)
 
     @np.errstate(over="ignore", invalid="ignore")

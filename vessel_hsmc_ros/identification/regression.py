@@ -15,11 +15,21 @@ from typing import Any
 import numpy as np
 from scipy.linalg import toeplitz
 from scipy.ndimage import uniform_filter1d
-from scipy.optimize import lsq_linear
+from scipy.optimize import least_squares, lsq_linear
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
-from vessel_hsmc_ros.identification.types import DELAY, GAINS, HULL, OFFSETS, POSITIVE, Measurements, Unknowns, vessel
+from vessel_hsmc_ros.identification.types import (
+    DELAY,
+    GAINS,
+    HULL,
+    OFFSETS,
+    POSITIVE,
+    Measurements,
+    Unknowns,
+    current_names,
+    vessel,
+)
 from vessel_hsmc_ros.identification.windows import Windows
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
@@ -27,6 +37,8 @@ AVERAGED = 4.0
 """Length over which both sides are averaged, in bandwidths of the smoother."""
 MIN_FORCE_SHARE = 1e-3
 """Share of the larger force below which an equation has no input."""
+MAX_EVALUATIONS = 10
+"""Largest number of regressions for the start of the currents, without those of finite differences."""
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
 
@@ -72,6 +84,45 @@ def columns(names: Sequence[str], run: Measurements, smoothed: Smoothed) -> Arra
 
 def regress(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
     """Least squares of all runs within the bounds, each of the three equations weighted by its input, (p,)."""
+    return _solved(unknowns, runs)[0]
+
+
+def regress_currents(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
+    """The current of each run along x and y, (runs, 2), with which least squares leave least: for each, the hull follows."""
+    speed = rms_speed(runs)
+
+    def left(shares: Array) -> Array:
+        return _solved(unknowns, through_water(runs, speed * (shares - 1.0).reshape(-1, 2)))[1]
+
+    # In shares of the speed from 1 on, so that the finite differences have a scale.
+    found = least_squares(left, np.ones(2 * len(runs)), diff_step=1e-3, max_nfev=MAX_EVALUATIONS)
+    return np.asarray(speed * (found.x - 1.0).reshape(-1, 2))
+
+
+def through_water(runs: Sequence[tuple[Measurements, Smoothed]], currents: Array) -> list[tuple[Measurements, Smoothed]]:
+    """The runs with their velocities through the water: nu - R(psi)ᵀ·current, in whose frame the current turns at -r.
+
+    Args:
+        runs: The runs.
+        currents: Of each run along x and y, (runs, 2).
+    """
+    found = []
+    for (run, smoothed), current in zip(runs, currents, strict=True):
+        flow = in_body_frame(np.broadcast_to([*current, 0.0], smoothed.velocity.shape), smoothed.pose[:, 2])
+        turning = flow[:, [1, 0, 2]] * smoothed.velocity[:, 2:] * (1.0, -1.0, 0.0)
+        moved = smoothed._replace(velocity=smoothed.velocity - flow, acceleration=smoothed.acceleration - turning)
+        found.append((run, moved))
+    return found
+
+
+def rms_speed(runs: Sequence[tuple[Measurements, Smoothed]]) -> float:
+    """Root mean square speed over ground, or 1 for a ship at rest, m/s."""
+    squares = np.concatenate([np.square(smoothed.velocity[:, :2]).sum(axis=1) for _, smoothed in runs])
+    return float(np.sqrt(np.mean(squares))) or 1.0
+
+
+def _solved(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> tuple[Array, Array]:
+    """The estimates of the regression, (p,), and the weighted wrench that they leave, (m,)."""
     everything = (*HULL, *GAINS, *OFFSETS)
     fixed = unknowns.values(np.zeros(len(unknowns.names)))
     free = [everything.index(name) for name in unknowns.names]
@@ -85,7 +136,8 @@ def regress(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -
     rows = matrix.reshape(-1, len(free))
     scale = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
     low, high = unknowns.bounds()
-    return np.asarray(lsq_linear(rows / scale, target.reshape(-1), (low * scale, high * scale)).x / scale)
+    found = lsq_linear(rows / scale, target.reshape(-1), (low * scale, high * scale))
+    return np.asarray(found.x / scale), np.asarray(found.fun)
 
 
 def averaged(values: Array, run: Measurements, smoothed: Smoothed) -> Array:
@@ -115,14 +167,17 @@ def input_size(runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
 
 
 def natural_scale(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
-    """For each number, the value with which its force is about as large as the recorded one, (p,)."""
-    matrix = np.concatenate([columns(unknowns.names, *run) for run in runs])
+    """For each number, the value with which its force is about as large as the recorded one; for currents the rms speed, (p,)."""
+    flows = current_names(len(runs))
+    names = [name for name in unknowns.names if name not in flows]
+    matrix = np.concatenate([columns(names, *run) for run in runs])
     sizes = np.sqrt(np.mean(np.square(matrix), axis=0))
     wrench = np.concatenate([run.wrench for run, _ in runs])
     force = np.sqrt(np.mean(np.square(wrench), axis=0))
     # An equation without an input of its own, such as sway, has the forces of the others' inertia.
     force = np.maximum(force, 1e-3 * force.max() + 1e-300)
-    return np.asarray(np.min(force[:, None] / np.maximum(sizes, 1e-9 * sizes.max() + 1e-300), axis=0))
+    scale = np.min(force[:, None] / np.maximum(sizes, 1e-9 * sizes.max() + 1e-300), axis=0)
+    return np.append(scale, np.full(len(unknowns.names) - len(names), rms_speed(runs)))  # currents are the last of the unknowns
 
 
 def unexcited(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> dict[str, str]:

@@ -77,6 +77,19 @@ class Prediction(NamedTuple):
         return dict(zip(("position", "heading", "surge", "sway", "yaw_rate"), map(float, means), strict=True))
 
 
+class Current(NamedTuple):
+    """A steady current over ground.
+
+    Attributes:
+        x, y: Its components, m/s.
+        error: Standard error of its speed, m/s; NaN where the run shows none, and it is zero.
+    """
+
+    x: float
+    y: float
+    error: float
+
+
 @dataclass(frozen=True)
 class Identified:
     """The result of an identification.
@@ -93,6 +106,7 @@ class Identified:
         noise: Standard deviation of the residuals by column, (6,).
         predictions: Errors on the data used, one a run.
         ranges: Smallest and largest u, v, r in the data, (3, 2): where the result is valid.
+        currents: Steady current of each run used.
     """
 
     model: Model
@@ -106,6 +120,7 @@ class Identified:
     noise: Array
     predictions: tuple[Prediction, ...]
     ranges: Array = field(default_factory=lambda: np.zeros((3, 2)))
+    currents: tuple[Current, ...] = ()
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -262,3 +277,13 @@ def inputs(values: Mapping[str, float]) -> tuple[Array, Array, float]:
     chosen: Sequence[Sequence[str]] = (GAINS, OFFSETS)
     gains, offsets = (np.array([float(values.get(name, NEUTRAL[name])) for name in names]) for names in chosen)
     return gains, offsets, float(values.get(DELAY, 0.0))
+
+
+def current_names(runs: int) -> tuple[str, ...]:
+    """Names of the components of the current of each run, which are estimated with the hull."""
+    return tuple(f"current_{axis}_{number}" for number in range(1, runs + 1) for axis in "xy")
+
+
+def currents(values: Mapping[str, float], runs: int) -> Array:
+    """The steady current of each run along x and y, over ground, (runs, 2), m/s; zero where it is not among the values."""
+    return np.array([float(values.get(name, 0.0)) for name in current_names(runs)]).reshape(runs, 2)

@@ -37,6 +37,7 @@ class Windows(NamedTuple):
         steps: Steps of integration from a sample to the next.
         at: Times of the samples, runs one after the other with a gap, (w, k), s.
         knots, impulse: Times and integral of the wrench of all runs, (m,), s, and (m, 3).
+        run: Index of the run of each window, (w,).
     """
 
     times: Array
@@ -48,6 +49,7 @@ class Windows(NamedTuple):
     at: Array
     knots: Array
     impulse: Array
+    run: Integers
 
     def delayed(self, delay: float) -> Array:
         """The mean wrench from each sample to the next, (w, k, 3), if it acts later than it is recorded.
@@ -70,13 +72,14 @@ def windows(runs: Sequence[Measurements], length: float, exact: bool = False) ->
         length: Of a window, s.
         exact: Exactly this length, without what is left at the end of a run, instead of equal parts.
     """
-    edges, at = [], 0
-    for run in runs:
+    edges, index, at = [], [], 0
+    for number, run in enumerate(runs):
         samples = max(2, round(length / float(np.median(np.diff(run.time)))))
         count = max(1, len(run.time) // samples if exact else round(len(run.time) / samples))
         stop = min(count * samples, len(run.time)) if exact else len(run.time)
         bounds = np.linspace(0, stop, count + 1).round().astype(np.int64) + at
         edges.append(np.stack([bounds[:-1], bounds[1:]]))
+        index.append(np.full(count, number))
         at += len(run.time)
     begin, end = np.concatenate(edges, axis=1)
     rows = begin[:, None] + np.arange(int(np.max(end - begin)))
@@ -88,7 +91,8 @@ def windows(runs: Sequence[Measurements], length: float, exact: bool = False) ->
     clock, knots, impulse = _impulses(runs)
     steps = max(1, math.ceil(float(np.median(times)) / LARGEST_STEP - 1e-6))
     wrench = np.concatenate([run.wrench for run in runs])[rows]
-    return Windows(np.where(inside, times[rows], 0.0), wrench, measured, begin, end, steps, clock[rows], knots, impulse)
+    times = np.where(inside, times[rows], 0.0)
+    return Windows(times, wrench, measured, begin, end, steps, clock[rows], knots, impulse, np.concatenate(index))
 
 
 def _impulses(runs: Sequence[Measurements]) -> tuple[Array, Array, Array]:
@@ -114,7 +118,15 @@ def unrolled(cut: Windows, values: Array, samples: int) -> Array:
     return result
 
 
-def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets: Array, delay: float = 0.0) -> Array:
+def simulated(
+    cut: Windows,
+    starts: Array,
+    vessel: Vessel,
+    gains: Array,
+    offsets: Array,
+    delay: float = 0.0,
+    currents: Array | None = None,
+) -> Array:
     """The motion in all windows, (w, k, 6).
 
     Args:
@@ -124,38 +136,50 @@ def simulated(cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets
         gains: Factors on surge force, sway force and yaw moment, (3,).
         offsets: Steady forces in the earth-fixed frame and yaw moment, (3,).
         delay: By how much the wrench acts later than it is recorded, s.
+        currents: Steady current of each run along x and y, over ground, (runs, 2), m/s; None for still water.
 
     Returns:
         States at the samples of each window, (w, k, 6); not finite where the motion diverges.
     """
     states = np.full(cut.measured.shape, np.nan)
+    flow = np.zeros((len(starts), 2)) if currents is None else currents[cut.run]
     with suppress(ValueError):  # interpreted, the cosine of an infinite heading ends it; compiled, it is not finite either
         compiled(simulate_windows, allocates=False)(
-            cut.times, cut.delayed(delay), starts, vessel, gains, offsets, cut.steps, states
+            cut.times, cut.delayed(delay), starts, vessel, gains, offsets, flow, cut.steps, states
         )
     return states
 
 
 @kernel
 def simulate_windows(
-    times: Array, wrench: Array, starts: Array, vessel: Vessel, gains: Array, offsets: Array, steps: int, states: Array
+    times: Array,
+    wrench: Array,
+    starts: Array,
+    vessel: Vessel,
+    gains: Array,
+    offsets: Array,
+    flow: Array,
+    steps: int,
+    states: Array,
 ) -> None:
     """`simulated` into an array; the wrench is constant from each sample to the next.
 
     Args:
         times, wrench, steps: As in `Windows`.
         starts, vessel, gains, offsets: As in `simulated`.
+        flow: Current of each window, (w, 2).
         states: Array for the result, (w, k, 6).
     """
     for window in range(len(starts)):
         first = starts[window].tolist()
         motion = Motion(first[0], first[1], first[2], first[3], first[4], first[5])
+        current = (flow[window, 0], flow[window, 1])
         for row in range(times.shape[1]):
             states[window, row, 0], states[window, row, 1], states[window, row, 2] = motion.x, motion.y, motion.psi
             states[window, row, 3], states[window, row, 4], states[window, row, 5] = motion.u, motion.v, motion.r
             for _ in range(steps):
                 force = total_wrench(motion.psi, wrench[window, row], gains, offsets)
-                motion = rk4_step(motion, force, (0.0, 0.0, 0.0), vessel, times[window, row] / steps, (0.0, 0.0))
+                motion = rk4_step(motion, force, (0.0, 0.0, 0.0), vessel, times[window, row] / steps, current)
 
 
 @kernel
@@ -194,7 +218,11 @@ def require_rate(run: Measurements, window: float) -> None:
 
 
 def predict(
-    values: Mapping[str, float], measurements: Measurements, window: float = WINDOW, inputs: Mapping[str, float] | None = None
+    values: Mapping[str, float],
+    measurements: Measurements,
+    window: float = WINDOW,
+    inputs: Mapping[str, float] | None = None,
+    current: tuple[float, float] = (0.0, 0.0),
 ) -> Prediction:
     """Predict a run window by window, each from the smoothed state at its start.
 
@@ -203,6 +231,7 @@ def predict(
         measurements: The run, best one that the values were not estimated from.
         window: Length of a window, s; what is left at the end of the run is not predicted.
         inputs: Input gains and offsets; None for gains of one and offsets of zero.
+        current: Steady current of the run along x and y, over ground, m/s.
 
     Raises:
         IdentificationError: the run is shorter than a window.
@@ -215,7 +244,7 @@ def predict(
         )
     smoothed = smooth(measurements)
     cut = windows([measurements], window, exact=True)
-    parts = simulated(cut, smoothed.states[cut.begin], vessel(values), *inputs_of(inputs or {}))
+    parts = simulated(cut, smoothed.states[cut.begin], vessel(values), *inputs_of(inputs or {}), np.array([current]))
     states = unrolled(cut, parts, len(measurements.time))
     measured = np.hstack(
         [measurements.pose, np.where(np.isfinite(measurements.velocity), measurements.velocity, smoothed.velocity)]
