@@ -93,3 +93,24 @@ def test_a_run_with_dead_time_and_late_odometry_is_bit_identical_with_the_offlin
     np.testing.assert_array_equal(wrench, offline.wrench)
     assert not wrench[:5, 1].any()
     assert wrench[5:, 1].all()
+
+
+@pytest.mark.parametrize("mode", ["path", "lawnmower", "circle"])
+def test_a_run_with_a_reference_that_waits_is_bit_identical_with_the_offline_run(bench: Any, mode: str) -> None:
+    """The odometry rate is twice that of the reference, and the vessel begins far behind."""
+    changes = {
+        **RATES,
+        "vessel_sim.rate_hz": 20.0,
+        "reference_ship.mode": mode,
+        "reference_ship.follow": "vessel",
+        "reference_ship.initial_pose": [0.0, 0.0, 0.0],
+        "vessel_sim.initial_pose": [-45.0, 0.0, 0.0],
+        "vessel_sim.duration": 12.0,
+        "controller.law": "guided",
+    }
+    scenario = load_scenario("waypoints", changes)
+    state, wrench = run_nodes(bench, scenario)
+    offline = simulate(scenario)
+    assert np.ptp(offline.reference[:, 3]) > 0.01
+    np.testing.assert_array_equal(state, offline.state)
+    np.testing.assert_array_equal(wrench, offline.wrench)

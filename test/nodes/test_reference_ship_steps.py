@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ReferenceState
 
@@ -42,6 +42,19 @@ class Reference(SteppedNode):
     @property
     def references(self) -> list[ReferenceState]:
         return [message for topic, message in self.sent if topic == "reference"]
+
+    def odometry(self, x: float, late: float = 0.0) -> None:
+        """Send odometry of a vessel on the x axis, late by a time, s."""
+        message = Odometry()
+        stamp = self.node.now() - round(late * 1e9)
+        conv.write_odometry(message, conv.time_message(stamp), np.array([x, 0.0, 0.0, 0.0, 0.0, 0.0]))
+        self.node._vessel._on_odometry(message)
+
+    def follow(self, seconds: float, late: float = 0.0) -> None:
+        """Let time pass with odometry of a vessel on its reference, s."""
+        for _ in range(round(seconds / PERIOD)):
+            self.odometry(self.references[-1].pose.position.x, late)
+            self.run(PERIOD)
 
 
 @pytest.fixture
@@ -160,3 +173,24 @@ def test_a_reset_discards_the_path_that_is_planned_and_the_one_that_waits_for_it
     assert not made.node._planning.busy
     assert conv.read_reference(made.references[-1])[0] == pytest.approx((1.0, 2.0, 0.0, 0.0, 0.0, 0.0))
     assert [kind for kind, _ in made.events] == []
+
+
+def test_a_reference_that_follows_its_vessel_stands_while_odometry_is_missing_old_or_not_finite_and_reports_it(
+    reference: Any,
+) -> None:
+    made = reference(mode="straight", follow="vessel", initial_pose=[0.0, 0.0, 0.0])
+    made.run(5.0)
+    assert made.references[-1].pose.position.x == 0.0
+    assert made.node.status()[1] == "the reference stands: no odometry on odom"
+    made.follow(30.0)
+    assert made.node.status()[1] == "running"
+    assert made.references[-1].twist.linear.x > 1.4
+    made.run(1.0 + 40.0)
+    assert "the reference stands: odometry is" in made.node.status()[1]
+    for stop in (lambda: made.follow(40.0, late=1.5), lambda: (made.odometry(np.nan), made.run(0.9))):
+        before = made.references[-1].pose.position.x
+        stop()
+        assert made.references[-1].pose.position.x == pytest.approx(before, abs=0.01)
+        assert made.references[-1].twist.linear.x == pytest.approx(0.0, abs=0.01)
+    made.follow(30.0)
+    assert made.references[-1].twist.linear.x > 1.4

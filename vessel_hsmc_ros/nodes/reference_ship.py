@@ -21,6 +21,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.observed_vessel import ObservedVessel
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
@@ -129,6 +130,7 @@ class ReferenceShipNode(VesselNode):
         self._frames = tuple(p.frame_prefix + frame for frame in p.frames)
         self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
         self._name_frame(self._frames[0] if self._frames else "")
+        self._vessel = ObservedVessel(self, self._ship) if p.follow == "vessel" else None
         if p.lockstep:
             self.connections.allow_one_publisher("reference")
             self.listen(Clock, "/clock", self._on_clock, qos.CLOCK)
@@ -156,10 +158,20 @@ class ReferenceShipNode(VesselNode):
         self._warn_of_slow()
         self.create_timer(UNUSED_INPUT_SEARCH, self._find_unused_inputs, clock=self.wall)
         self._publish()
+        self.take_ticks()
 
     def _on_clock(self, message: Clock) -> None:
-        if self.connected:
-            self._advance_to(self._grid.index(conversions.nanoseconds(message.clock)) + 1)  # one period ahead
+        stamp = conversions.nanoseconds(message.clock)
+        if self._vessel:
+            self._vessel.ticks.append(stamp)
+            self.take_ticks()
+        elif self.connected:
+            self._advance_to(self._grid.index(stamp) + 1)  # one period ahead
+
+    def take_ticks(self) -> None:
+        """Lockstep: take each step for which the odometry of the step before has come."""
+        while self.connected and self._vessel and self._vessel.ready:
+            self._advance_to(self._grid.index(self._vessel.take()) + 1)
 
     def _on_timer(self) -> None:
         if self._path is not None and not self._planning.busy:
@@ -169,6 +181,8 @@ class ReferenceShipNode(VesselNode):
         due, moved = self._pace.due(self._index)
         if moved:
             self.get_logger().warning(f"{moved}: the reference goes on from where it is")
+        if self._vessel:
+            self._vessel.show()
         self._advance_to(due)
 
     def _advance_to(self, index: int) -> None:
@@ -311,9 +325,12 @@ class ReferenceShipNode(VesselNode):
         return "paused" if paused else "running"
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Number of messages and time of the latest reference; a warning of an ignored goal or path, and of a slow path."""
-        values = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
+        """Number of messages and time of the latest reference; warnings of ignored goals and paths, slow paths, lost odometry."""
+        values: dict[str, Any] = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
         remark = self._refused or self._slow
+        if self._vessel:
+            values["pace"] = self._ship.pace
+            remark = remark or self._vessel.problem
         return (WARN, remark, values) if remark else (OK, "running", values)
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:

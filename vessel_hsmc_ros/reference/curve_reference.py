@@ -27,9 +27,9 @@ class TravelConstants(NamedTuple):
 
 
 class TravelMemory(NamedTuple):
-    """Number of steps: the motion is a function of time."""
+    """Number of steps, whole ones but where the clock waits for the vessel: the motion is a function of time."""
 
-    steps: int
+    steps: float
 
 
 @kernel

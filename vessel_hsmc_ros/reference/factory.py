@@ -1,7 +1,8 @@
 """The common interface of all references, and their factory."""
 
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,6 +15,7 @@ from vessel_hsmc_ros.reference.course import CourseReference, CourseReferencePar
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
 from vessel_hsmc_ros.reference.curve_reference import CurveReference
 from vessel_hsmc_ros.reference.feasibility import LARGEST_DRIFT, check_feasible
+from vessel_hsmc_ros.reference.following import FollowingReference, waiting_of
 from vessel_hsmc_ros.reference.goal import GoalReference
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
 from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_survey
@@ -124,6 +126,11 @@ REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] =
 PLANNED = ("lawnmower", "path")
 """Modes whose geometry is known ahead."""
 
+CURVES = ("straight", "circle", "figure_eight", "square")
+
+HULL_LENGTH = 4.0
+"""Length of most hulls in radii of gyration."""
+
 
 @dataclass(frozen=True)
 class ReferenceShipParameters(VirtualShipParameters):
@@ -135,6 +142,18 @@ class ReferenceShipParameters(VirtualShipParameters):
         " begun at `initial_pose` with its heading as course, a curve at constant speed: straight, circle, figure_eight, square;"
         " or lawnmower, parallel legs joined by U-turns.",
         choices=tuple(REFERENCES),
+    )
+    follow: str = parameter(
+        "time",
+        "What the clock of a path, a survey or a curve follows: time; or vessel, it slows and stops while the vessel is behind.",
+        choices=("time", "vessel"),
+    )
+    follow_lag: float = parameter(
+        1.0,
+        "With `follow` vessel, how far the vessel is behind along the track when the clock begins to slow, in hull lengths,"
+        " which are taken as four radii of gyration, sqrt(m33/m22).",
+        low=0.1,
+        high=100.0,
     )
     course: CourseReferenceParameters = group(CourseReferenceParameters)
     motion: MotionLimits = group(MotionLimits)
@@ -156,9 +175,28 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
 
     Raises:
         ParameterError: times and values of an input, goal or waypoint list differ in number, times do not increase, or the
-            ship cannot travel the curve within its limits, or its inputs exceed them.
+            ship cannot travel the curve within its limits, or its inputs exceed them, or a mode that is no planned track is
+            to follow the vessel.
     """
-    return REFERENCES[parameters.mode](parameters, period)
+    if parameters.follow == "vessel" and parameters.mode not in (*PLANNED, *CURVES):
+        raise ParameterError(
+            f"reference_ship.follow must be time in mode {parameters.mode} (got vessel): only a track that is known ahead waits,"
+            f" of the modes {', '.join((*PLANNED, *CURVES))}"
+        )
+    reference = REFERENCES[parameters.mode](parameters, period)
+    return _following(reference, parameters, period) if parameters.follow == "vessel" else reference
+
+
+def _following(reference: Reference, parameters: ReferenceShipParameters, period: float) -> Reference:
+    hull = parameters.vessel.coefficients()
+    length = HULL_LENGTH * math.sqrt(hull.m33 / hull.m22)
+    waiting = waiting_of(parameters.follow_lag, length, _largest_speed(parameters), parameters.motion)
+    return FollowingReference(reference, waiting, period)
+
+
+def _largest_speed(p: ReferenceShipParameters) -> float:
+    """The largest speed on a planned track, m/s."""
+    return max(p.motion.speed, *p.path.speeds) if p.mode == "path" else float(getattr(p, p.mode).speed)
 
 
 def track_of(
@@ -173,9 +211,9 @@ def track_of(
     """
     if parameters.mode not in PLANNED:
         return None
-    reference: Any = make_reference(parameters, period)
+    reference: Any = make_reference(replace(parameters, follow="time"), period)
     for time, points in paths:
         reference.memory = TimetableMemory(round(time / period))
         reference.set_path(points)
     track: PlannedTrack = reference.track
-    return track
+    return track._replace(waits=parameters.follow == "vessel")

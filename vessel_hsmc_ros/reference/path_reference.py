@@ -67,9 +67,8 @@ class PathReference(TimetableReference):
 
     @property
     def steps(self) -> int:
-        """Number of the present step."""
-        steps: int = self.memory.steps
-        return steps
+        """Number of the present step; the last whole one, where the clock waits for the vessel."""
+        return int(self.memory.steps)
 
     def planner(self, points: Sequence[Point], steps: int) -> Callable[[], Plan]:
         """What plans a path that begins at a present or coming step, with the motion then; it may run in another thread.
@@ -96,7 +95,8 @@ class PathReference(TimetableReference):
 
     def take(self, plan: Plan) -> None:
         """Follow a plan that begins at the present step."""
-        self.constants, self.memory = TimetableConstants(plan.table, self.constants.period), TimetableMemory(self.steps)
+        # A new memory, so that the motion is read anew.
+        self.constants, self.memory = TimetableConstants(plan.table, self.constants.period), TimetableMemory(self.memory.steps)
         self.track, self.slow = replaced(self.track, self.steps * self.constants.period, plan.track), plan.slow
 
 

@@ -50,11 +50,13 @@ class PlannedTrack(NamedTuple):
         stretches: In their order.
         waypoints: m; for a survey the ends of its legs.
         near: Distance within which a point of a leg counts as passed, m.
+        waits: Whether its clock waits for the vessel.
     """
 
     stretches: tuple[Stretch, ...]
     waypoints: tuple[complex, ...]
     near: float
+    waits: bool = False
 
 
 def stretch(route: Route, profile: SpeedProfile, begin: float) -> Stretch:
@@ -65,7 +67,7 @@ def stretch(route: Route, profile: SpeedProfile, begin: float) -> Stretch:
 def replaced(track: PlannedTrack, now: float, new: PlannedTrack) -> PlannedTrack:
     """A plan in whose place another one comes at a time, s."""
     kept = tuple(one._replace(end=min(one.end, now)) for one in track.stretches if one.begin < now)
-    return PlannedTrack(kept + new.stretches, track.waypoints + new.waypoints, new.near)
+    return PlannedTrack(kept + new.stretches, track.waypoints + new.waypoints, new.near, track.waits)
 
 
 def leg_ends(route: Route) -> tuple[complex, ...]:
@@ -82,6 +84,27 @@ def leg_count(track: PlannedTrack) -> int:
 
 def _is_leg(element: Element) -> bool:
     return not element.turn and element.leg != NO_LEG
+
+
+def clock(track: PlannedTrack, time: Array, reference: Array) -> Array:
+    """The times of a plan at those of a run, (n,) s: others where its clock waits, found by the way of the reference.
+
+    Args:
+        track: The plan.
+        time: Times since the reference began, (n,) s.
+        reference: x, y of the reference, (n, 2) m.
+    """
+    if not track.waits:
+        return time
+    steps = np.abs(np.diff(reference[:, 0] + 1j * reference[:, 1], prepend=reference[0, 0] + 1j * reference[0, 1]))
+    way, before = np.cumsum(np.nan_to_num(steps)), 0.0
+    found = np.zeros(len(time))
+    for one in track.stretches:
+        length = float(one.profile.at(np.array([one.end - one.begin]))[0][0])
+        at = way >= before
+        found[at] = one.begin + one.profile.time_at(np.clip(way[at] - before, 0.0, length))
+        before += length
+    return found
 
 
 def track_errors(track: PlannedTrack, time: Array, position: Array) -> TrackErrors:

@@ -72,9 +72,9 @@ class TimetableConstants(NamedTuple):
 
 
 class TimetableMemory(NamedTuple):
-    """Number of steps."""
+    """Number of steps, whole ones but where the clock waits for the vessel."""
 
-    steps: int
+    steps: float
 
 
 @kernel

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
 def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, compiled: Compiler = interpreted) -> Array:
     """The motion of a reference at its published instants 0 to count - 1, bit-identical to stepping it.
 
+    One that follows its vessel has the motion of its timetable, as if the vessel were never behind.
+
     Args:
         parameters: Parameters of the node reference_ship.
         rate_hz: Rate at which it is published, Hz.
@@ -36,7 +39,7 @@ def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, 
         ParameterError: as for `make_reference`.
         SimulationError: the motion is no longer finite.
     """
-    reference = make_reference(parameters, RateGrid(rate_hz).period)
+    reference = make_reference(replace(parameters, follow="time"), RateGrid(rate_hz).period)
     rows = np.full((count, 9), np.nan)
     if compiled is not interpreted and isinstance(reference, KernelReference):
         with suppress(ValueError):  # the cosine of an infinite heading, where another compiler interprets

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.core.track_errors import Passed, TrackErrors, missed, per_leg
 from vessel_hsmc_ros.reference.factory import PLANNED, track_of
 from vessel_hsmc_ros.reference.path_parameters import Point
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, passed, track_errors
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, clock, passed, track_errors
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Paths = Sequence[tuple[float, Sequence[Point]]]
@@ -51,7 +51,7 @@ def errors_of(run: Run, track: PlannedTrack | None, running: Array) -> TrackErro
         track: The plan.
         running: Times of its samples since the reference began, without pauses, (n,) s.
     """
-    return None if track is None else track_errors(track, running, run.state[:, :2])
+    return None if track is None else track_errors(track, clock(track, running, run.reference), run.state[:, :2])
 
 
 class LegRow(NamedTuple):
@@ -129,8 +129,10 @@ class Record:
     @property
     def passed(self) -> Passed:
         """How much of each leg was passed near enough; none without a plan."""
-        running = running_time(self.run.time, self.marks)
-        return {} if self.track is None else passed(self.track, float(running[-1]), self.run.state[:, :2])
+        if self.track is None:
+            return {}
+        running = clock(self.track, running_time(self.run.time, self.marks), self.run.reference)
+        return passed(self.track, float(running[-1]), self.run.state[:, :2])
 
     @property
     def limits(self) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
@@ -203,11 +205,10 @@ def measured(
         hull_length=hull_length(scenario),
         track=None if legs is None else legs.where(part),
     )
-    return (
-        found
-        if track is None
-        else found._replace(legs_missed=missed(passed(track, float(running[part][-1]), run.state[part, :2])))
-    )
+    if track is None:
+        return found
+    until_then = float(clock(track, running, run.reference)[part][-1])
+    return found._replace(legs_missed=missed(passed(track, until_then, run.state[part, :2])))
 
 
 def running_time(time: Array, marks: Sequence[Mark]) -> Array:

@@ -238,6 +238,7 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     check_rates(scenario)
     check_thrusters(scenario)
     check_late_odometry(scenario)
+    check_following(scenario)
     # Law and reference are constructed only for their validation.
     if "controller" in changed:
         try:
@@ -297,6 +298,26 @@ def check_late_odometry(scenario: Scenario) -> None:
             f"vessel_sim.sensors.delay = {sim.sensors.delay:g} s is not allowed in lockstep with scripted faults or"
             " controller.ride_through: it takes 0 s, or a run in real time"
         )
+
+
+def check_following(scenario: Scenario) -> None:
+    """Check that a reference that follows the vessel has odometry, in lockstep that of the step before.
+
+    Raises:
+        ScenarioError: it has none, or it is late or of a fleet in lockstep.
+    """
+    sim, controller = scenario.vessel_sim, scenario.controller
+    if scenario.reference_ship.follow != "vessel":
+        return
+    reason = ""
+    if controller.odometry.form != "odometry":
+        reason = f"with controller.odometry.form = odometry (got {controller.odometry.form}), which the reference reads too"
+    elif controller.lockstep and sim.sensors.delay > 0.0:
+        reason = f"in lockstep with vessel_sim.sensors.delay = 0 (got {sim.sensors.delay:g} s)"
+    elif controller.lockstep and (sim.clock.source == "follow" or sim.clock.others):
+        reason = "for a fleet in real time, as each vessel of a lockstep fleet has the clock of the first"
+    if reason:
+        raise ScenarioError(f"reference_ship.follow = vessel is only allowed {reason}")
 
 
 def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str, object]:

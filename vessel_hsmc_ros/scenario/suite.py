@@ -41,7 +41,7 @@ from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.track_errors import summarise
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, track_errors
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, clock, track_errors
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
@@ -109,7 +109,8 @@ def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
     late = distance[run.time >= begin]
     # The lower bound prevents a division by zero for a run that starts on its reference.
     excursion = float(distance.max() / max(distance[0], 1e-9))
-    legs = summarise(track_errors(track, run.time, run.state[:, :2])).leg_cross_track_rms if track else None
+    planned = clock(track, run.time, run.reference) if track else run.time
+    legs = summarise(track_errors(track, planned, run.state[:, :2])).leg_cross_track_rms if track else None
     values = rms(late), float(late.max()), excursion, math.inf if legs is None else legs
     limits = row.at_most, row.largest, row.excursion, row.legs_at_most
     # NaN compares as false, so a run that is not finite misses every limit.

@@ -205,7 +205,8 @@ def make_loop(
         brief: Array for what a compiled run that is only to be evaluated keeps, (BRIEF, samples).
     """
     law = law or make_law(scenario.controller)
-    interpreted = interpreted or may_intervene(scenario.controller)  # the compiled loop has no supervision
+    # The compiled loop has no supervision, and takes a reference that is known before the run.
+    interpreted = interpreted or may_intervene(scenario.controller) or scenario.reference_ship.follow == "vessel"
     if not interpreted and isinstance(law, KernelLaw) and is_compilable(type(law)) and available():
         try:
             return CompiledLoop(scenario, samples, law, brief)

@@ -14,6 +14,7 @@ from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.reference.factory import Reference, make_reference
+from vessel_hsmc_ros.reference.following import FollowingReference
 from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.loop import WIDTH, Control, Evaluated, Loop
@@ -35,11 +36,25 @@ class Desired:
 
     def at(self, stamp: int) -> tuple[Motion, Acceleration]:
         """State and acceleration at the latest published instant that is not after a stamp, ns."""
-        while len(self.published) <= self.grid.index(stamp):
+        index = self.grid.index(stamp)
+        if isinstance(self.ship, FollowingReference):  # one period ahead, as in lockstep
+            while len(self.published) <= index + 1:
+                self.publish()
+            state, acceleration = self.published[index]
+            return as_published(state), as_acceleration(acceleration)
+        while len(self.published) <= index:
             self.publish()
             state, acceleration = self.published[-1]
             self._received = as_published(state), as_acceleration(acceleration)
         return self._received
+
+    def observe(self, stamp: int, measured: Motion) -> None:
+        """Show odometry to a reference that follows the vessel, for the next step.
+
+        Not the first one, which in lockstep may come before the node of the reference is connected.
+        """
+        if isinstance(self.ship, FollowingReference) and stamp:
+            self.ship.observe((measured.x, measured.y))
 
     def publish(self) -> None:
         """Publish the state of the next instant."""
@@ -91,6 +106,7 @@ class InterpretedLoop(Loop):
         sensed = plant.measured(stamp)
         measured = state if plant.odometry_is_true else as_published(sensed)
         reference, reference_acceleration = self._desired.at(stamp)
+        self._desired.observe(stamp, measured)
         if loop.due(stamp):
             measured_at = self._grid.stamp(self.done - plant.periods_late)
             age = seconds(stamp - measured_at)
