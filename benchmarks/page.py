@@ -30,7 +30,7 @@ from vessel_hsmc_ros.core.quantities import quantity
 
 ROOT = Path(__file__).resolve().parents[1]
 STORE = ROOT / "benchmarks" / "results.json"
-README_LAWS = ("hierarchical_printed", "guided", "los_pid")
+README_LAWS = ("hierarchical", "guided", "los_pid")
 """Columns of the table of README.md: named groups of the rows with `readme`."""
 GENERATED = re.compile(r"(<!-- generated: results -->\n).*?(<!-- end -->)", re.DOTALL)
 TIME_LIMIT = 4 * 3600.0

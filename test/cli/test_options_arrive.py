@@ -151,7 +151,8 @@ def test_the_exit_code_is_that_of_the_run(
     monkeypatch.setattr(f"vessel_hsmc_ros.runs.scenario_run.{target}", lambda *_, **__: result)
     done = CliRunner().invoke(cli, [verb, "case2_straight", "--output", str(tmp_path)])
     assert done.exit_code == code
-    assert ("error: it failed" in done.output) == bool(code)
+    assert ("error: it failed" in done.output) == (code == 1)
+    assert ("interrupted" in done.output) == (code == 130)  # Ctrl-C is no error
 
 
 @pytest.mark.parametrize("place", ["--workers=3", "--scheduler=tcp://host:8786"])
@@ -193,8 +194,9 @@ def test_identify_reads_each_run_with_its_columns_and_namespace(reach: Reach) ->
     columns = "--column", "x=east", "--column", "surge_force=F=x"
     found = reach(target, "identify", "one.csv", *columns)
     assert found == {"path": Path("one.csv"), "columns": {"x": "east", "surge_force": "F=x"}}
-    found = reach("vessel_hsmc_ros.identification.measurements.from_bag", "identify", "bag", "--namespace", "boat")
-    assert found == {"path": Path("bag"), "namespace": "boat"}
+    topics = "--odometry", "/odometry/filtered", "--wrench", "/thrust"
+    found = reach("vessel_hsmc_ros.identification.measurements.from_bag", "identify", "bag", "--namespace", "boat", *topics)
+    assert found == {"path": Path("bag"), "namespace": "boat", "odometry": "/odometry/filtered", "wrench": "/thrust"}
 
 
 def test_identify_takes_model_vessel_window_and_held_out_runs(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:

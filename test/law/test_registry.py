@@ -72,6 +72,7 @@ class Bare(Law):  # type: ignore[type-arg]
 
 def test_the_laws_of_this_package_are_named_by_their_classes() -> None:
     assert list(LAWS.built_in) == [
+        "hierarchical",
         "hierarchical_printed",
         "guided",
         "course",

@@ -3,6 +3,7 @@
 import math
 import threading
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,10 @@ AHEAD, ASIDE = [(120.0, 0.0)], [(90.0, 60.0)]
 class Sailing:
     """A reference under way on a path, the planning of another, and a gate before each plan."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        reference: Any = make_reference(ReferenceShipParameters(mode="path", initial_pose=(0.0, 0.0, 0.0)), PERIOD)
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, current: float = 0.0) -> None:
+        parameters = ReferenceShipParameters(mode="path", initial_pose=(0.0, 0.0, 0.0))
+        parameters = replace(parameters, motion=replace(parameters.motion, current=current))
+        reference: Any = make_reference(parameters, PERIOD)
         reference.set_path(AHEAD)
         self.reference = reference
         self.planning, self.planned = PathPlanning(self.reference, PERIOD), threading.Semaphore(0)
@@ -98,9 +101,10 @@ def test_a_plan_that_takes_long_each_time_is_given_more_time_until_it_fits(saili
     assert sailing.go_on(40) == [ASIDE]
 
 
-def test_a_path_that_cannot_be_sailed_is_refused_and_the_present_one_goes_on(sailing: Sailing) -> None:
+def test_a_path_that_cannot_be_sailed_is_refused_and_the_present_one_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    sailing = Sailing(monkeypatch, current=1.4)  # no corner is slower than the current
     sailing.go_on(200)
-    sailing.planning.start([(60.0, 0.0), (60.0, 0.2), (60.2, 0.2), (60.0, 0.4)])
+    sailing.planning.start([(100.0, 0.0), (200.0, 0.0), (200.0, 20.0), (300.0, 20.0)])
     sailing.finish_plan()
     sailing.reference.advance()
     assert sailing.planning.due
