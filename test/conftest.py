@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from collecting import pytest_pycollect_makemodule as pytest_pycollect_makemodule
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.law.registry import Registry
 
 ROOT = Path(__file__).resolve().parents[1]
+
+sys.path.append(str(ROOT / "test" / "support"))  # where a process of a test imports this file, pytest has not done so
+from collecting import pytest_pycollect_makemodule as pytest_pycollect_makemodule  # noqa: E402
 
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))  # on the local host only
 

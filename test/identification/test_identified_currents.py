@@ -51,14 +51,14 @@ def test_a_current_neither_changes_the_hull_nor_is_it_part_of_the_vessel() -> No
     still, moving = (identify([otter(0, 10.0, rich=True, held=True, current=(0.0, y))], model("coupled")) for y in (0.0, 0.3))
     for name in (*DIAGONAL_INERTIA, "surge_damping"):
         assert abs(moving.values[name] - still.values[name]) < 3.0 * moving.standard_errors[name]
-        assert moving.standard_errors[name] < 1.5 * still.standard_errors[name]
+        assert moving.standard_errors[name] < 0.05 * moving.values[name]
     assert not any("residuals" in line for line in (*still.warnings, *moving.warnings))
     (line,) = [line for line in parameters_table(moving) if line[0].startswith("current")]
     assert line[0] == "current of run 1"
     assert line[1] == towards(*moving.currents[0][:2], "m/s")
     assert moving.currents[0][:2] == pytest.approx((0.0, 0.3), abs=0.005)
     assert not any("current" in name for name in (*moving.vessel_values(), *moving.inputs, *moving.parameters))
-    assert math.hypot(*still.currents[0][:2]) < 0.005
+    assert still.currents[0][:2] == (0.0, 0.0)  # a current that explains little is not estimated
 
     judged = [held_out(moving, current) for current in ((0.0, 0.0), (0.0, -0.25))]
     (sentence,) = explanations(moving, judged)

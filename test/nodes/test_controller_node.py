@@ -82,7 +82,7 @@ def test_without_an_observer_nothing_is_estimated(bench: Any, plant: Any) -> Non
 
 
 def test_the_command_and_the_control_state_are_those_of_the_law(bench: Any, plant: Any) -> None:
-    plant.connect(bench.start(ControllerNode))
+    plant.connect(bench.start(ControllerNode, law="hierarchical_printed"))
     plant.send_reference(0)
     plant.send_odometry(0)
     bench.until(lambda: plant.commands and plant.states)
@@ -99,7 +99,7 @@ def test_the_command_and_the_control_state_are_those_of_the_law(bench: Any, plan
 
 
 def test_a_law_slower_than_the_odometry_holds_its_wrench_in_between(bench: Any, plant: Any) -> None:
-    gains = {"hierarchical__yaw_reaching_gain": 20.0, "hierarchical__surge_reaching_gain": 20.0}
+    gains = {"hierarchical_printed__yaw_reaching_gain": 20.0, "hierarchical_printed__surge_reaching_gain": 20.0}
     plant.connect(bench.start(ControllerNode, rate_hz=50.0, **gains))
     for k in range(4):
         plant.send_reference(k * STEP)
@@ -164,14 +164,14 @@ def test_a_changed_gain_acts_and_the_weights_stay(bench: Any, plant: Any) -> Non
     ],
 )
 def test_a_change_that_is_not_allowed_is_refused(bench: Any, plant: Any, name: str, value: Any, expected: str) -> None:
-    node = plant.connect(bench.start(ControllerNode))
+    node = plant.connect(bench.start(ControllerNode, law="hierarchical_printed"))
     client = AsyncParameterClient(bench.probe, "controller")
     bench.until(client.services_are_ready)
     future = client.set_parameters([Parameter(name, value=value)])
     result = bench.until(lambda: future.done() and future.result()).results[0]
     assert not result.successful
     assert expected in result.reason
-    assert node.parameters == ControllerParameters(lockstep=True)
+    assert node.parameters == ControllerParameters(lockstep=True, law="hierarchical_printed")
 
 
 def test_reset_sets_the_weights_to_zero(bench: Any, plant: Any) -> None:
@@ -205,7 +205,7 @@ def test_every_parameter_is_described_with_unit_and_range(bench: Any, plant: Any
 
 def test_an_unstable_gain_is_refused_at_the_start(bench: Any) -> None:
     with pytest.raises(ParameterError, match=r"is unstable at controller\.rate_hz = 50 Hz"):
-        bench.start(ControllerNode, rate_hz=50.0)
+        bench.start(ControllerNode, rate_hz=50.0, law="hierarchical_printed")
 
 
 def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(bench: Any, plant: Any) -> None:

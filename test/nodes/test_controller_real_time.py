@@ -112,7 +112,7 @@ def test_an_input_that_is_not_finite_is_reported_and_ignored(sea: RealTimePlant,
 def test_where_the_law_has_no_value_the_safe_action_is_commanded(sea: RealTimePlant, status: Any) -> None:
     """The hierarchical law is singular at z1 = b/a, here 10 m, and refuses to step across."""
     sea.desired, sea.state = ORIGIN, np.array([50.0, *ORIGIN[1:]])
-    node = sea.start(ControllerNode, hierarchical__sway_weight=10.0, safety__action="zero")
+    node = sea.start(ControllerNode, law="hierarchical_printed", hierarchical_printed__sway_weight=10.0, safety__action="zero")
     sea.run(0.1)
     assert any(sea.wrenches()[-1])
     sea.state = np.array([9.0, *ORIGIN[1:]])
@@ -128,7 +128,7 @@ def test_where_the_law_has_no_value_the_safe_action_is_commanded(sea: RealTimePl
 
 def test_an_older_reference_is_extrapolated_to_the_time_of_the_odometry(sea: RealTimePlant) -> None:
     sea.reference_age = 20_000_000
-    sea.start(ControllerNode)
+    sea.start(ControllerNode, law="hierarchical_printed")
     sea.run(0.1)
     odometry, reference = conv.new_odometry(), conv.new_reference()
     conv.write_odometry(odometry, conv.time_message(0), STATE)

@@ -338,7 +338,7 @@ def test_the_last_command_is_zero(bench: Any, sea: RealTimePlant, operation: str
 def test_a_fallback_law_steers_where_the_chosen_one_is_undefined(sea: RealTimePlant) -> None:
     """The hierarchical law is singular at z1 = b/a, here 10 m."""
     sea.desired, sea.state = np.zeros(6), np.array([50.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    settings = {"hierarchical__sway_weight": 10.0, "safety__action": "fallback", "safety__fallback_law": "los_pid"}
+    settings = {"hierarchical_printed__sway_weight": 10.0, "safety__action": "fallback", "safety__fallback_law": "los_pid"}
     start(sea, law="hierarchical_printed", **settings)
     sea.run(0.2)
     sea.state = np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0])

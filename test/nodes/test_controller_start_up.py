@@ -36,7 +36,7 @@ def test_a_node_announces_what_it_does_and_on_which_topics(bench: Any) -> None:
 
 def test_the_hierarchical_law_in_real_time_causes_a_warning(bench: Any) -> None:
     logs = bench.collect(Log, "/rosout", qos.CLOCK)
-    node = bench.start(ControllerNode, lockstep=False)
+    node = bench.start(ControllerNode, lockstep=False, law="hierarchical_printed")
     bench.until(lambda: node.connected and logs)
     assert "law hierarchical_printed tolerates no late control steps" in logs[0].msg
 

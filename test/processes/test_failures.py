@@ -155,7 +155,7 @@ def test_a_run_that_cannot_start_is_refused_in_one_line(
 
 
 BAD_NODES = [
-    ("controller_node", ["-p", "rate_hz:=50.0"], "is unstable at rate_hz = 50 Hz"),
+    ("controller_node", ["-p", "rate_hz:=50.0", "-p", "law:=hierarchical_printed"], "is unstable at rate_hz = 50 Hz"),
     (
         "controller_node",
         ["-p", "rate_hz:=fast"],

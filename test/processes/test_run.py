@@ -129,7 +129,7 @@ def test_the_start_up_time_is_measured(recorded: Recorded) -> None:
 def test_the_resolved_parameters_load_as_the_same_scenario(recorded: Recorded) -> None:
     scenario = load_scenario(recorded[1] / "params.yaml")
     expected = load_scenario("case2_tracking", {"vessel_sim.duration": DURATION})
-    assert schema.flatten(scenario.controller) == schema.flatten(expected.controller) | {"recorded": True}
+    assert schema.flatten(scenario.controller) == schema.flatten(expected.controller) | {"recorded": True, "start_enabled": True}
     assert scenario.recorder.directory == str(recorded[1] / "bag")
     assert all(getattr(scenario, node).lockstep for node in NODES)
 

@@ -95,7 +95,10 @@ def test_the_wrench_stays_within_the_actuator_limits() -> None:
 
 
 def test_a_slower_law_holds_its_wrench_between_its_updates() -> None:
-    slow = {"controller__hierarchical__yaw_reaching_gain": 20.0, "controller__hierarchical__surge_reaching_gain": 20.0}
+    slow = {
+        "controller__hierarchical_printed__yaw_reaching_gain": 20.0,
+        "controller__hierarchical_printed__surge_reaching_gain": 20.0,
+    }
     run = run_of(1.0, controller__rate_hz=20.0, **slow)
     assert len(run.control["time"]) == 21
     np.testing.assert_array_equal(run.wrench[5:10], np.tile(run.wrench[5], (5, 1)))
@@ -109,7 +112,7 @@ def test_a_scenario_without_a_duration_is_refused() -> None:
 
 def test_a_diverging_loop_raises_simulation_error() -> None:
     with pytest.raises(SimulationError, match="no longer finite"):
-        run_of(400.0, controller__hierarchical__sway_weight=30.0)
+        run_of(400.0, controller__hierarchical_printed__sway_weight=30.0)
 
 
 def test_progress_is_reported_up_to_the_last_sample() -> None:

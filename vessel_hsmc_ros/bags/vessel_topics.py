@@ -94,8 +94,8 @@ class VesselTopics:
 
     def _alternatives(self) -> str:
         """The topics that may be odometry; without any all topics, with the reason for those that cannot be decoded."""
-        if names := self._unnamed("odom"):
-            return f"choose one of {', '.join(names)} by --odometry"
         reasons = {name: series.undecodable for name, series in self._topics.items()}
         texts = [f"{name} ({reason})" if reason else name for name, reason in reasons.items()]
-        return f"its topics are {', '.join(texts) or 'none'}"
+        names = self._unnamed("odom")
+        choice = f"choose one of {', '.join(names)} by --odometry; " if names else ""
+        return f"{choice}its topics are {', '.join(texts) or 'none'}"

@@ -319,7 +319,8 @@ def _replaced(instance: T, values: Mapping[str, Value]) -> T:
 
 def suggestion(name: str, known: Collection[str]) -> str:
     """The known name that is closest to an unknown one, or else all of them, as the end of an error message."""
-    close = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1, cutoff=0.6)
+    whole = [each for each in known if each.endswith(f".{name}")]  # a name without its group is less similar than it means
+    close = whole[:1] or difflib.get_close_matches(name[:LONGEST_NAME], known, n=1, cutoff=0.6)
     return f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
 
 

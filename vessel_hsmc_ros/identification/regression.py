@@ -39,6 +39,10 @@ MIN_FORCE_SHARE = 1e-3
 """Share of the larger force below which an equation has no input."""
 MAX_EVALUATIONS = 10
 """Largest number of regressions for the start of the currents, without those of finite differences."""
+
+SHOWN_BY = 0.5
+"""Share of the sum of squares left without them that currents must explain: others follow faults of the model."""
+
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
 
@@ -88,7 +92,10 @@ def regress(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -
 
 
 def regress_currents(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -> Array:
-    """The current of each run along x and y, (runs, 2), with which least squares leave least: for each, the hull follows."""
+    """The current of each run along x and y, (runs, 2), with which least squares leave least: for each, the hull follows.
+
+    Zero where they explain less than SHOWN_BY of what is left without them: then they follow faults of the model.
+    """
     speed = rms_speed(runs)
 
     def left(shares: Array) -> Array:
@@ -96,6 +103,8 @@ def regress_currents(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoo
 
     # In shares of the speed from 1 on, so that the finite differences have a scale.
     found = least_squares(left, np.ones(2 * len(runs)), diff_step=1e-3, max_nfev=MAX_EVALUATIONS)
+    if np.sum(np.square(found.fun)) > (1.0 - SHOWN_BY) * np.sum(np.square(left(np.ones(2 * len(runs))))):
+        return np.zeros((len(runs), 2))
     return np.asarray(speed * (found.x - 1.0).reshape(-1, 2))
 
 

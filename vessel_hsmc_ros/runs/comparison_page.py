@@ -35,9 +35,9 @@ COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid",
 
 
 def looks(laws: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Colour and style of the line of each law; where the colours of other laws recur, their lines are dash-dotted."""
+    """Colour and style of the line of each law; where the colours of other laws recur, their lines are dash-dotted or dotted."""
     others = [law for law in dict.fromkeys(laws) if law not in COLOURS]
-    given = product(("-", "-."), SERIES[len(COLOURS) :])
+    given = product(("-", "-.", ":"), SERIES[len(COLOURS) :])
     return {law: {"color": colour, "ls": "-"} for law, colour in COLOURS.items()} | {
         law: {"color": colour, "ls": style} for law, (style, colour) in zip(others, cycle(given), strict=False)
     }
