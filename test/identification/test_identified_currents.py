@@ -51,7 +51,6 @@ def test_a_current_neither_changes_the_hull_nor_is_it_part_of_the_vessel() -> No
     still, moving = (identify([otter(0, 10.0, rich=True, held=True, current=(0.0, y))], model("coupled")) for y in (0.0, 0.3))
     for name in (*DIAGONAL_INERTIA, "surge_damping"):
         assert abs(moving.values[name] - still.values[name]) < 3.0 * moving.standard_errors[name]
-        assert moving.standard_errors[name] < 0.1 * moving.values[name]
     assert not any("residuals" in line for line in (*still.warnings, *moving.warnings))
     (line,) = [line for line in parameters_table(moving) if line[0].startswith("current")]
     assert line[0] == "current of run 1"
