@@ -40,7 +40,7 @@ MIN_FORCE_SHARE = 1e-3
 MAX_EVALUATIONS = 10
 """Largest number of regressions for the start of the currents, without those of finite differences."""
 
-SHOWN_BY = 0.5
+SHOWN_BY = 0.12
 """Share of the sum of squares left without them that currents must explain: others follow faults of the model."""
 
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
