@@ -71,7 +71,7 @@ class _Joint(NamedTuple):
 
 
 def wide_corners(start: complex, part: Part, ship: Ship, tolerance: float) -> Part:
-    """The waypoints with wide corners in the place of those whose legs are too short.
+    """The waypoints with wide corners instead of those whose legs are too short.
 
     Args:
         start: Where the first leg begins, m.
