@@ -7,6 +7,7 @@ import rclpy
 import yaml
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import Parameter
+from rclpy.task import Future
 
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
 
@@ -73,3 +74,38 @@ def test_values_that_are_zero_false_or_empty_are_collected_also_beside_those_tha
     found = bench.until(collected)
     assert {name: value for name, value in found.items() if name in values} == values
     assert not found.keys() & {*unset}
+
+
+def test_an_answer_that_comes_after_its_request_was_given_up_is_left_alone(bench: Any, monkeypatch: Any) -> None:
+    node = rclpy.create_node("slow", context=bench.context)
+    bench.nodes.append(node)
+    bench.executor.add_node(node)
+    node.declare_parameter("gain", 2.5)
+    waiting: list[Future] = []
+    create = bench.probe.create_client
+
+    def late(kind: Any, name: str) -> Any:
+        client = create(kind, name)
+        if kind is ListParameters and not waiting and client.service_is_ready():
+
+            def held(_: Any) -> Future:
+                waiting.append(Future(executor=bench.executor))
+                return waiting[0]
+
+            monkeypatch.setattr(client, "call_async", held)
+        return client
+
+    monkeypatch.setattr(bench.probe, "create_client", late)
+    collector = ParameterCollector(bench.probe)
+
+    def collected() -> dict[str, Any] | None:
+        collector.request()
+        return collector.parameters.get("/slow")
+
+    found = bench.until(collected)
+    assert found["gain"] == 2.5, "of the repeated request"
+    answer = ListParameters.Response()
+    answer.result.names = ["gain", "removed"]
+    waiting[0].set_result(answer)
+    bench.serve()
+    assert collector.parameters["/slow"] == found

@@ -115,8 +115,10 @@ class ParameterCollector:
         """Get the values of parameters, some at a time, beside those that were found before.
 
         A node answers with fewer values than requested, with none in rclpy, where one was declared without a value or has been
-        removed since: then they are requested one at a time.
+        removed since: then they are requested one at a time. An answer that comes after its request was repeated is not needed.
         """
+        if getter not in self._clients.get(node, ()):
+            return
         if not names:
             self.parameters[node] = found
             return
