@@ -1,6 +1,7 @@
 """The observer on a ship whose true motion is known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,13 +14,15 @@ from vessel_hsmc_ros.control.observer_covariance import change, jacobian, pass_w
 from vessel_hsmc_ros.control.observer_filter import LONGEST_HOLD
 from vessel_hsmc_ros.control.observer_model import D1, ObserverParameters, model, propagate, wave_transition
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters
 from vessel_hsmc_ros.plant.waves import WaveParameters
+
+SHIP = KnownVessel(**INSTANT)
 
 DECAYS = {"surge": 0.18, "sway": 0.83, "yaw": 0.126}
 
@@ -36,7 +39,7 @@ def test_wind_current_and_a_wrong_inertia_are_estimated_as_disturbance() -> None
     disturbances = DisturbanceParameters(
         earth_fixed=EarthFixedParameters(east_force=2e4, gust_deviation=3e3), current=CurrentParameters(0.4, -0.3)
     )
-    errors, claims = sail(disturbances=disturbances, known=KnownVessel(surge_inertia=0.8 * 120e3, yaw_inertia=1.2 * 636e5))
+    errors, claims = sail(disturbances=disturbances, known=replace(SHIP, surge_inertia=0.8 * 120e3, yaw_inertia=1.2 * 636e5))
     assert np.all(rms(errors) < 2.5 * claims.mean(axis=0))
     assert np.all(rms(errors)[:3] < np.array([0.5, 0.5, 0.005]) / 2.0)
     assert np.all(np.abs(errors.mean(axis=0)) < [0.1, 0.1, 1e-3, 0.02, 0.02, 5e-4])
@@ -56,14 +59,14 @@ def test_the_actuator_lag_improves_the_yaw_rate_estimate() -> None:
 
 
 def test_the_wave_filter_has_its_period_and_damping() -> None:
-    waves = model(ObserverParameters(wave_period=2.0 * math.pi, wave_damping=0.1), KnownVessel())
+    waves = model(ObserverParameters(wave_period=2.0 * math.pi, wave_damping=0.1), SHIP)
     tenth, full_step = (np.reshape(wave_transition(dt, waves), (2, 2)) for dt in (0.1, 1.0))
     np.testing.assert_allclose(np.linalg.matrix_power(tenth, 10), full_step, atol=1e-12)
     np.testing.assert_allclose(np.abs(np.linalg.eigvals(full_step)), math.exp(-0.1), rtol=1e-9)
 
 
 def test_measured_velocities_are_ignored() -> None:
-    observers = [Observer(ObserverParameters(), KnownVessel()) for _ in range(2)]
+    observers = [Observer(ObserverParameters(), SHIP) for _ in range(2)]
     poses = np.random.default_rng(3).normal(size=(50, 6))
     for k, pose in enumerate(poses):
         blind = np.concatenate((pose[:3], np.full(3, math.nan)))
@@ -80,7 +83,7 @@ def test_a_held_sample_is_used_once() -> None:
 
 
 def test_a_constant_measurement_is_used_after_the_longest_hold() -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     pose = np.array([3.0, 4.0, 0.5])
     for k in range(20 * 60):
         estimate = observer.update(k * STEP, pose, (2e4, 0.0))  # a disturbance that the ship does not yield to
@@ -97,7 +100,7 @@ def test_the_wave_filter_removes_the_wave_motion() -> None:
 
 
 def test_the_output_is_continuous_where_the_heading_wraps() -> None:
-    observer = Observer(ObserverParameters(heading_noise=0.001), KnownVessel())
+    observer = Observer(ObserverParameters(heading_noise=0.001), SHIP)
     for k in range(1500):
         psi = 0.1 * 0.05 * k
         estimate = observer.update(k * STEP, np.array([0.0, 0.0, wrap(psi)]), (0.0, 0.0))
@@ -107,7 +110,7 @@ def test_the_output_is_continuous_where_the_heading_wraps() -> None:
 
 
 def test_an_outlier_is_rejected_and_a_permanent_jump_is_followed() -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     poses = [np.array([0.1 * k, 0.0, 0.0]) for k in range(400)]
     poses[200] = np.array([500.0, 0.0, 3.0])
     poses[300:] = [pose + np.array([0.0, 1e4, 0.0]) for pose in poses[300:]]
@@ -120,7 +123,7 @@ def test_an_outlier_is_rejected_and_a_permanent_jump_is_followed() -> None:
 @pytest.mark.parametrize("every", [1, 3])
 def test_each_sensor_alone_that_has_jumped_for_good_is_refused_and_then_followed_again_and_again(sensor: int, every: int) -> None:
     """The other sensor is right all the time, and has a sample in every step or in every third one."""
-    observer, jump = Observer(ObserverParameters(), KnownVessel()), (500.0, -700.0, 2.0)[sensor]
+    observer, jump = Observer(ObserverParameters(), SHIP), (500.0, -700.0, 2.0)[sensor]
     hold = round(LONGEST_HOLD / (STEP * 1e-9))
     for number in range(3):
         for k in range(40 + 2 * hold):
@@ -136,7 +139,7 @@ def test_each_sensor_alone_that_has_jumped_for_good_is_refused_and_then_followed
 
 def test_a_position_that_stays_away_is_followed_though_the_headings_between_are_accepted() -> None:
     """Positions come in every second step, headings in every one, so that most steps have nothing to refuse."""
-    observer, jump = Observer(ObserverParameters(), KnownVessel()), 500.0
+    observer, jump = Observer(ObserverParameters(), SHIP), 500.0
     for k in range(40 + round(2.0 * LONGEST_HOLD / (STEP * 1e-9))):
         there = 0.0 if k < 40 else jump + 1e-6 * (k // 2)
         observer.update(k * STEP, (there, 0.0, 1e-6 * k), (0.0, 0.0))
@@ -144,7 +147,7 @@ def test_a_position_that_stays_away_is_followed_though_the_headings_between_are_
 
 
 def test_after_each_jump_that_is_followed_the_headings_before_the_next_position_are_accepted() -> None:
-    observer, per_position, accepted = Observer(ObserverParameters(), KnownVessel()), 10, []
+    observer, per_position, accepted = Observer(ObserverParameters(), SHIP), 10, []
     for k in range(0, 900):
         number = k // per_position
         there = 500.0 * (number // 30)
@@ -159,7 +162,7 @@ def test_after_each_jump_that_is_followed_the_headings_before_the_next_position_
 def test_a_measurement_that_comes_late_does_not_set_the_time_of_the_filter_back() -> None:
     estimates = []
     for third in (STEP, 2 * STEP):
-        observer = Observer(ObserverParameters(), KnownVessel())
+        observer = Observer(ObserverParameters(), SHIP)
         for k, stamp in enumerate((0, STEP, 2 * STEP, third, 3 * STEP, 4 * STEP)):
             estimate = observer.update(stamp, (1.0 + 0.1 * k, 0.0, 0.02 * k), (1e5, 1e6))
         estimates.append(estimate)
@@ -168,7 +171,7 @@ def test_a_measurement_that_comes_late_does_not_set_the_time_of_the_filter_back(
 
 def test_learned_damping_stays_within_a_factor_of_ten() -> None:
     """A force that never arrives looks like damping without bound."""
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     first = observer.constants.decay
     for k in range(2000):
         observer.update(k * STEP, (1e-6 * k, 0.0, 0.0), (2e5, 0.0))
@@ -178,7 +181,7 @@ def test_learned_damping_stays_within_a_factor_of_ten() -> None:
 
 
 def test_after_a_reset_the_next_measurement_initialises_the_filter() -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     for k in range(100):
         observer.update(k * STEP, np.array([0.05 * k, 0.0, 0.0]), (0.0, 0.0))
     observer.reset()
@@ -189,7 +192,7 @@ def test_after_a_reset_the_next_measurement_initialises_the_filter() -> None:
 @example(0.0, 10, 38)
 def test_the_covariance_stays_positive_and_finite(wave_period: float, rate_hz: int, seed: int) -> None:
     random = np.random.default_rng(seed)
-    observer = Observer(ObserverParameters(wave_period=wave_period), KnownVessel())
+    observer = Observer(ObserverParameters(wave_period=wave_period), SHIP)
     for k in range(60):
         pose = random.uniform([-100.0, -100.0, -math.pi], [100.0, 100.0, math.pi])
         estimate = observer.update(k * 10**9 // rate_hz, pose, tuple(random.uniform(-1e7, 1e7, 2)))
@@ -199,7 +202,7 @@ def test_the_covariance_stays_positive_and_finite(wave_period: float, rate_hz: i
 
 
 def test_the_wrench_is_limited_to_the_known_limits() -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     estimates = []
     for wrench in ((2e5, -3e6), (1e9, -1e12)):
         observer.reset()
@@ -209,7 +212,7 @@ def test_the_wrench_is_limited_to_the_known_limits() -> None:
 
 @pytest.mark.parametrize("stamp", [0, STEP])
 def test_a_repeated_stamp_causes_no_prediction(stamp: int) -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     observer.update(0, np.array([1.0, 2.0, 0.1]), (0.0, 0.0))
     once = observer.update(stamp, np.array([1.1, 2.0, 0.1]), (1e5, 0.0))
     np.testing.assert_array_equal(observer.update(stamp, np.array([1.1, 2.0, 0.1]), (1e5, 0.0)), once)
@@ -217,7 +220,7 @@ def test_a_repeated_stamp_causes_no_prediction(stamp: int) -> None:
 
 def test_the_jacobian_is_the_derivative_of_the_model() -> None:
     """To first order in dt: (F - I)/dt against central differences of the propagated states."""
-    m, dt, step = model(ObserverParameters(wave_period=6.0), KnownVessel()), 1e-4, 1e-5
+    m, dt, step = model(ObserverParameters(wave_period=6.0), SHIP), 1e-4, 1e-5
     motion, disturbances = [3.0, -2.0, 0.7, 1.5, -0.4, 0.2], [0.03, -0.05, 0.01, -1.7, -0.2, -2.1, 0.4, -0.6]
     x = np.array([*motion, *disturbances, 0.1, -0.2, 0.03, 0.2, 0.1, -0.01])
     columns = []
@@ -234,7 +237,7 @@ def test_the_jacobian_is_the_derivative_of_the_model() -> None:
 
 def innovation_of(deviations: float, index: int) -> tuple[float, float]:
     """An innovation of so many standard deviations in x, y or heading, and by how much it moves the estimate."""
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     pose = np.array([1.0, 2.0, 0.5])
     observer.update(0, pose, (0.0, 0.0))
     noise = (0.5, 0.5, 0.005)[index]
@@ -251,7 +254,7 @@ def test_the_gate_accepts_a_measurement_ten_deviations_off_and_rejects_one_thirt
 
 
 def test_a_new_heading_is_used_while_the_position_sample_is_held() -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     for k in range(20):
         estimate = observer.update(k * STEP, np.array([1.0, 2.0, 0.5 + 0.002 * k]), (0.0, 0.0))
     assert estimate.psi == pytest.approx(0.538, abs=0.01)  # without its samples it would stay at 0.5
@@ -259,7 +262,7 @@ def test_a_new_heading_is_used_while_the_position_sample_is_held() -> None:
 
 
 def test_a_new_position_is_used_while_the_heading_sample_is_held() -> None:
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     for k in range(20):
         estimate = observer.update(k * STEP, np.array([1.0 + 0.1 * k, 2.0, 0.5]), (0.0, 0.0))
     assert estimate.x == pytest.approx(2.9, abs=0.4)
@@ -269,7 +272,7 @@ def test_a_new_position_is_used_while_the_heading_sample_is_held() -> None:
 def test_the_yaw_moment_of_a_coupled_hull_moves_it_sideways_as_the_plant_does(x_p: float) -> None:
     """Predicted without a new sample, and compared with the equations of the plant, which know of no centre of percussion."""
     coupling, moment = 177.9e3 * x_p, 1e6
-    known = KnownVessel(sway_yaw_inertia=coupling)
+    known = replace(SHIP, sway_yaw_inertia=coupling)
     assert known.percussion_point == pytest.approx(x_p)
     observer = Observer(ObserverParameters(sway_decay=0.0, surge_decay=0.0, yaw_decay=0.0), known)
     for stamp in (0, STEP // 10):
@@ -281,7 +284,7 @@ def test_the_yaw_moment_of_a_coupled_hull_moves_it_sideways_as_the_plant_does(x_
 
 def test_a_compass_that_freezes_in_a_turn_is_not_believed() -> None:
     """The ship turns on at 0.03 rad/s; within 20 deviations the frozen heading would be taken again and again."""
-    observer, random = Observer(ObserverParameters(), KnownVessel()), np.random.default_rng(4)
+    observer, random = Observer(ObserverParameters(), SHIP), np.random.default_rng(4)
     held, errors = 0.0, []
     for k in range(520):
         psi = 0.03 * 0.05 * k
@@ -294,6 +297,6 @@ def test_a_compass_that_freezes_in_a_turn_is_not_believed() -> None:
 
 
 def test_a_longer_hull_averages_the_waves_in_position_and_heading() -> None:
-    short, long = (wave_motion(ObserverParameters(), units(KnownVessel(length=length)), 1.0) for length in (10.0, 100.0))
+    short, long = (wave_motion(ObserverParameters(), units(replace(SHIP, length=length)), 1.0) for length in (10.0, 100.0))
     assert (long < short).all()
     assert (long > 0.1 * short).all()

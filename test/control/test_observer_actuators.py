@@ -8,7 +8,8 @@ import pytest
 
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters, actuated, actuators, no_commands
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.inputs import dynamics
+from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 
 PERIOD = 50_000_000
 
@@ -23,8 +24,15 @@ def surge_forces(commands: list[float], **declared: Any) -> list[float]:
     return forces
 
 
-def test_without_declared_dynamics_the_limited_command_acts_at_once() -> None:
-    assert surge_forces([4.0, 20.0, -20.0]) == [4.0, 10.0, -10.0]
+def test_with_instant_actuators_the_limited_command_acts_at_once() -> None:
+    assert surge_forces([4.0, 20.0, -20.0], **INSTANT) == [4.0, 10.0, -10.0]
+
+
+def test_undeclared_actuators_have_the_lag_that_the_laws_assume() -> None:
+    """A heading that follows commands at once would tell a law that identifies the actuators that they are instant."""
+    lag = dynamics(KnownVessel(surge_force_limit=10.0)).surge.lag
+    assert lag > 0.5
+    assert surge_forces([4.0, 20.0]) == pytest.approx(surge_forces([4.0, 20.0], surge_lag=lag))
 
 
 def test_a_command_takes_effect_after_the_dead_time() -> None:

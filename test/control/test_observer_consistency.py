@@ -8,14 +8,16 @@ from observer_consistency import bounds
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import CE, D1, ObserverParameters, propagate
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
+
+SHIP = KnownVessel(**INSTANT)
 
 STEP = 50_000_000
 
 
 def coasting(silent: range) -> list[float]:
     """Position errors of a ship at 2 m/s, measured at 20 Hz, while the position sensor repeats one sample."""
-    observer = Observer(ObserverParameters(), KnownVessel())
+    observer = Observer(ObserverParameters(), SHIP)
     random = np.random.default_rng(1)
     errors, position = [], (0.0, 0.0)
     for k in range(1400):
@@ -38,7 +40,7 @@ def test_a_filter_of_the_true_model_is_consistent_over_many_runs() -> None:
     """The mean of the normalised error squared over 40 ships that drift with damping and current of the filter's own prior."""
     random, nees = np.random.default_rng(2), []
     for _ in range(40):
-        observer = Observer(ObserverParameters(), KnownVessel())
+        observer = Observer(ObserverParameters(), SHIP)
         c = observer.constants
         start = random.normal(size=len(c.start)) * np.sqrt(c.start)
         start[D1:CE] = [*c.decay] + 0.3 * start[D1:CE]

@@ -168,3 +168,34 @@ def test_from_afar_it_settles_whatever_its_heading(x: float, y: float, heading: 
     changes = {"controller.law": "hierarchical", **LIMITS, **ACTUATORS, "vessel_sim.initial_pose": [x, y, heading]}
     run = simulate(load_scenario("case2_tracking", changes))
     assert np.hypot(*(run.state[-1, :2] - run.reference[-1, :2])) < 0.02
+
+
+NOISE = {
+    f"vessel_sim.sensors.{what}_noise": value
+    for what, value in (("position", 0.1), ("heading", 0.0017), ("velocity", 0.01), ("yaw_rate", 0.0017))
+}
+
+
+@pytest.mark.parametrize("scenario", ["case2_tracking", "case2_straight", "case2_slalom"])
+def test_noise_of_the_sensors_does_not_roughen_the_moment(scenario: str) -> None:
+    """With 0.1 m of noise the moment changes by less than two limits a second."""
+    run = simulate(load_scenario(scenario, {"controller.law": "hierarchical", **LIMITS, **ACTUATORS, **NOISE}))
+    moments = run.wrench[run.time >= 0.75 * run.time[-1], 1]
+    assert np.sum(np.abs(np.diff(moments))) / 3e6 < 2.0 * 0.25 * run.time[-1]
+
+
+@pytest.mark.parametrize(
+    "slow", [{"lag": 2.0}, {"dead_time": 1.0}, {"lag": 1.0, "dead_time": 0.5}], ids=["lag", "dead time", "both"]
+)
+def test_declared_lag_and_dead_time_are_predicted(slow: dict[str, float]) -> None:
+    """The slalom is kept much more closely than with the same actuators undeclared."""
+    actuators = {f"{axis}_{what}": value for axis in ("surge", "yaw") for what, value in slow.items()}
+    plant = {f"vessel_sim.actuators.{name}": value for name, value in actuators.items()}
+    declared = {**ACTUATORS, **{f"controller.vessel.{name}": value for name, value in actuators.items()}}
+    errors = []
+    for known in ({}, declared):
+        changes = {"controller.law": "hierarchical", "controller.hierarchical.actuator_identification": False}
+        run = simulate(load_scenario("case2_slalom", {**changes, **LIMITS, **plant, **known}))
+        late = run.time >= 0.75 * run.time[-1]
+        errors.append(rms(np.hypot(*(run.state[late, :2] - run.reference[late, :2]).T)))
+    assert errors[1] < 0.6 * errors[0]

@@ -7,7 +7,7 @@ import numpy as np
 from vessel_hsmc_ros.control.observer import Observer
 from vessel_hsmc_ros.control.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
@@ -24,7 +24,7 @@ def sail(sensors=POSE_ONLY, disturbances=None, seconds=160, known=None, actuator
         ),
         0.05,
     )
-    observer = Observer(ObserverParameters(**tuning), known or KnownVessel())
+    observer = Observer(ObserverParameters(**tuning), known or KnownVessel(**INSTANT))
     errors, claims = [], []
     wrench = (0.0, 0.0)
     for k in range(20 * seconds):

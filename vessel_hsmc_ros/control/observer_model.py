@@ -40,6 +40,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.law.inputs import dynamics
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 
@@ -254,14 +255,13 @@ class Commands(NamedTuple):
 
 
 def actuators(p: ObserverParameters, vessel: KnownVessel) -> Actuators:
-    """The actuators as declared; what is not declared counts as ideal, because the observer only estimates what they do."""
-    lags = (vessel.surge_lag, vessel.yaw_lag) if p.actuator_lag < 0.0 else (p.actuator_lag, p.actuator_lag)
-    rates = [rate if rate >= 0.0 else math.inf for rate in (vessel.surge_force_rate, vessel.yaw_moment_rate)]
+    """The actuators as the laws take them: declared, or assumed where nothing is."""
+    surge, yaw = (each if p.actuator_lag < 0.0 else each._replace(lag=p.actuator_lag) for each in dynamics(vessel)[:2])
     return Actuators(
         (vessel.surge_force_limit, vessel.yaw_moment_limit),
-        (max(vessel.surge_dead_time, 0.0), max(vessel.yaw_dead_time, 0.0)),
-        (max(lags[0], 0.0), max(lags[1], 0.0)),
-        (rates[0], rates[1]),
+        (surge.dead_time, yaw.dead_time),
+        (surge.lag, yaw.lag),
+        (surge.rate, yaw.rate),
     )
 
 

@@ -13,7 +13,8 @@
 | k1, k2; eta1, eta2; phi1, phi2 | reaching gains, switching gains, boundary layers | 1/s, m/s², m/s | (21), (27) |
 | fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
 | W, H | their weights, shape (3, l), and activations, shape (l,) | as the outputs, - | (1), (2) |
-| eu, ev, er | prediction errors of u, v, r | m/s, m/s, rad/s | - |
+| x_p | motion that networks and wrench predict, from which the surfaces are computed | as x, y, psi, u, v, r | - |
+| eu, ev, er | prediction errors of u, v, r: measured less predicted | m/s, m/s, rad/s | - |
 | c | estimated current, earth-fixed, and lasting sway velocity of the hull | m/s | - |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m | (28), (22) |
 
@@ -22,6 +23,7 @@
 
 S1 and S2 are the velocity error of the point at the distance l ahead, across and along the hull. In the printed law this point is
 b/a = 100 km ahead. Both surfaces obey dS = -k·S - eta·sat(S/phi) as far as the networks are right and the wrench is not limited.
+They take the predicted motion, at the time at which the command arrives at the hull, so noise does not reach the wrench directly.
 docs/hierarchical.md derives the law and states what is proven. Source: docs/paper.md.
 """
 
@@ -32,13 +34,17 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, to_body, wrap
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, magnitude, to_body, wrap
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.law.actuator_identification import BEST, Bank, BankState, bank, first_state, identify, with_model
+from vessel_hsmc_ros.law.actuator_identification import BEST, DEAD_TIMES, Bank, BankState, bank, first_state, identify, with_model
+from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import Estimates, Neurons, activate, adapt, outputs
 from vessel_hsmc_ros.laws.hierarchical_parameters import LASTING, Gains, HierarchicalParameters, gains
+
+LONGEST_ROLL = 12
+"""Number of prediction steps through a delay, however many periods it has."""
 
 MAX_AGE = 2.0
 """Age of a measurement up to which the identification of the actuators keeps commands, s."""
@@ -58,7 +64,9 @@ class Memory(NamedTuple):
     Attributes:
         W, H, scratch: Weights, activations of the last step, and working memory, shapes (3, l), (l,) and (3, l).
         growth: Rates of the weights of the last step, divided by H and times T, shape (3, 1); the next step integrates them.
-        predicted: u, v, r predicted for this step; NaN before the first.
+        predicted: Motion that is predicted for this step; NaN before the first.
+        tau_1, tau_2: Wrench that acts since the last step, as modelled.
+        queue: The last commands, (2, n + 1), of which the present one is in the column `head`.
         c: Estimated current along x and y, and lasting sway velocity of the hull.
         bank: What is learned of the actuators.
     """
@@ -67,7 +75,11 @@ class Memory(NamedTuple):
     H: Array
     scratch: Array
     growth: Array
-    predicted: tuple[float, float, float]
+    predicted: Motion
+    tau_1: float
+    tau_2: float
+    head: int
+    queue: Array
     c: tuple[float, float, float]
     bank: BankState
 
@@ -95,11 +107,8 @@ class StepTerms(NamedTuple):
 
 
 class Guidance(NamedTuple):
-    """Errors, their rates and the wanted velocity with its rate, each along bow (1) and beam (2)."""
+    """Rates of the error, and the wanted velocity with its rate, each along bow (1) and beam (2)."""
 
-    e1: float
-    e2: float
-    psi_e: float
     de1: float
     de2: float
     w1: float
@@ -126,9 +135,7 @@ def guidance(motion: Motion, desired: Motion, acceleration: Acceleration, g: Gai
     f = 2.0 * g.c / (1.0 + root)
     dd = (e1 * de1 + e2 * de2) / max(d, 1e-9)
     df = -f * g.c * g.c * dd / (g.a * root * (1.0 + root))
-    return Guidance(
-        e1, e2, psi_e, de1, de2, v1 - f * e1, v2 - f * e2, a1 - f * de1 - df * e1, a2 - f * de2 - df * e2
-    )  # fmt: skip
+    return Guidance(de1, de2, v1 - f * e1, v2 - f * e2, a1 - f * de1 - df * e1, a2 - f * de2 - df * e2)
 
 
 @kernel
@@ -185,6 +192,50 @@ def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float,
     m.growth[0, 0] = g.T / power * (p * errors[0] + g.gamma3 * S[0])
     m.growth[1, 0] = g.T / power * (p * errors[1] + g.gamma1 * S[1])
     m.growth[2, 0] = g.T / power * (p * errors[2] + g.gamma2 * S[2])
+
+
+@kernel
+def innovation(motion: Motion, estimate: Motion) -> Motion:
+    """The prediction errors: the measured motion less the estimated one."""
+    return Motion(
+        motion.x - estimate.x, motion.y - estimate.y, wrap(motion.psi - estimate.psi),
+        motion.u - estimate.u, motion.v - estimate.v, motion.r - estimate.r,
+    )  # fmt: skip
+
+
+@kernel
+def predict(estimate: Motion, rates: Acceleration, e: Motion, g: Gains) -> Motion:
+    """The motion that is predicted for the next step by networks and wrench, corrected by lam times the prediction errors."""
+    later, step = extrapolate(estimate, rates, g.T), g.T * g.lam
+    return Motion(
+        later.x + step * e.x, later.y + step * e.y, later.psi + step * e.psi,
+        later.u + step * e.u, later.v + step * e.v, later.r + step * e.r,
+    )  # fmt: skip
+
+
+@kernel
+def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
+    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
+
+    Args:
+        motion: Estimated motion, at the time of the measurement.
+        f: Outputs of the networks.
+        n_1, n_2: Periods until the commands of force and moment arrive.
+        m: Internal state.
+        g: Gains.
+    """
+    tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
+    stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
+    for i in range(n):
+        # The faster input's command of periods to come is not known: its last one is held.
+        tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
+        tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
+        count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
+        if count == stride or i == n - 1:
+            rates = Acceleration(f.fu + sum_1 / count / g.m11, f.fv, f.fr + sum_2 / count / g.m33)
+            motion = extrapolate(motion, rates, g.T * count)
+            count, sum_1, sum_2 = 0, 0.0, 0.0
+    return motion, tau_1, tau_2
 
 
 class Surfaces(NamedTuple):
@@ -248,30 +299,37 @@ def step(
         The wrench, its terms, and the internal state.
     """
     g, neurons, models = constants
+    estimate, age = m.predicted if math.isfinite(m.predicted.x) else motion, min(age, MAX_AGE)
     adapt(m.W, m.growth, m.H, m.scratch)
-    activate(motion.u, motion.v, motion.r, neurons, m.H)
+    activate(estimate.u, estimate.v, estimate.r, neurons, m.H)
     f = outputs(m.W, m.H, m.scratch)
-    n, turn = guidance(motion, desired, acceleration, g), turn_in_current(desired, acceleration, m.c, g)
-    s = control(motion, n, turn, m.c, desired.u, f, g)
-    tau_1, tau_2 = clip(s.tau_1, g.tau_1max), clip(s.tau_2, g.tau_2max)
-    free_1, free_2 = 1.0 if tau_1 == s.tau_1 else 0.0, 1.0 if tau_2 == s.tau_2 else 0.0
+    late = min(int(age / g.T + 0.5), m.queue.shape[1] - 1 - max(g.surge.delay, g.yaw.delay))
+    n_1, n_2 = g.surge.delay + late, g.yaw.delay + late
+    ship, tau_1, tau_2 = ahead(estimate, f, n_1, n_2, m, g)
+    goal = extrapolate(desired, acceleration, g.T * max(n_1, n_2))
 
-    u, v, r = m.predicted if math.isfinite(m.predicted[0]) else (motion.u, motion.v, motion.r)
-    eu, ev, er = motion.u - u, motion.v - v, motion.r - r
-    adapt_weights(m, (eu, ev, er), (free_1 * s.S2, free_2 * s.S1, free_2 * s.ahead * s.S1), g)
-    predicted = (
-        u + g.T * (f.fu + tau_1 / g.m11 + g.lam * eu),
-        v + g.T * (f.fv + g.lam * ev),
-        r + g.T * (f.fr + tau_2 / g.m33 + g.lam * er),
-    )
+    n, turn = guidance(ship, goal, acceleration, g), turn_in_current(goal, acceleration, m.c, g)
+    s = control(ship, n, turn, m.c, goal.u, f, g)
+    demand_1, demand_2 = clip(s.tau_1, g.tau_1max), clip(s.tau_2, g.tau_2max)
+    free_1, free_2 = 1.0 if demand_1 == s.tau_1 else 0.0, 1.0 if demand_2 == s.tau_2 else 0.0
+    wrench = lead(tau_1, demand_1, g.surge), lead(tau_2, demand_2, g.yaw)
+    m.queue[0, m.head], m.queue[1, m.head] = wrench
+
+    e = innovation(motion, estimate)
+    adapt_weights(m, (e.u, e.v, e.r), (free_1 * s.S2, free_2 * s.S1, free_2 * s.ahead * s.S1), g)
+    tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
+    tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
+    predicted = predict(estimate, Acceleration(f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33), e, g)
     if models.every > 0:
-        identify(m.bank, models, motion.psi, min(age, MAX_AGE), tau_2)
+        identify(m.bank, models, motion.psi, age, wrench[1])
+    e1, e2 = to_body(motion.x - desired.x, motion.y - desired.y, motion.psi)
     terms = StepTerms(
-        n.e1, n.e2, n.psi_e, n.de1, n.de2, motion.r - desired.r, s.sigma1, s.sigma2, s.S1, s.S2, n.w1, turn[0], f.fu, f.fv, f.fr,
-        1.0 - free_1, 1.0 - free_2,
+        e1, e2, wrap(motion.psi - desired.psi), n.de1, n.de2, ship.r - goal.r, s.sigma1, s.sigma2, s.S1, s.S2, n.w1, turn[0],
+        f.fu, f.fv, f.fr, 1.0 - free_1, 1.0 - free_2,
     )  # fmt: skip
-    c = learned_current(motion, desired, m.c, g)
-    return (tau_1, tau_2), terms, Memory(m.W, m.H, m.scratch, m.growth, predicted, c, m.bank)
+    c = learned_current(estimate, desired, m.c, g)
+    head = m.head + 1 if m.head + 1 < m.queue.shape[1] else 0
+    return wrench, terms, Memory(m.W, m.H, m.scratch, m.growth, predicted, tau_1, tau_2, head, m.queue, c, m.bank)
 
 
 @kernel
@@ -327,13 +385,17 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         return self._known
 
     def renew(self) -> None:
-        """Take the gains for the model of the actuators that explains the motion best."""
-        self._use(int(self.memory.bank.numbers[BEST]))
+        """Take the gains for the model of the actuators that explains the motion best, and the moment that acts by it."""
+        model = int(self.memory.bank.numbers[BEST])
+        self._use(model)
+        self.memory = self.memory._replace(tau_2=float(self.memory.bank.models[model, 0]) * self.vessel.yaw_inertia)
 
     def reset(self) -> None:
         """Set all weights to zero, and discard predictions, current and identified actuators."""
         self._use(0)
         n = len(self.neurons.mu)
         arrays = np.zeros((3, n)), np.zeros(n), np.zeros((3, n)), np.zeros((3, 1))
-        unknown = math.nan, math.nan, math.nan
-        self.memory = Memory(*arrays, unknown, (0.0, 0.0, 0.0), first_state(self.constants.bank, MAX_AGE))
+        unknown, g, models = Motion(*[math.nan] * 6), self.constants.gains, self.constants.bank
+        latest = math.ceil(max(DEAD_TIMES) * models.unit / self.period) if models.every else 0
+        queue = np.zeros((2, max(g.surge.delay, g.yaw.delay, latest) + math.ceil(MAX_AGE / self.period) + 1))
+        self.memory = Memory(*arrays, unknown, 0.0, 0.0, 0, queue, (0.0, 0.0, 0.0), first_state(models, MAX_AGE))

@@ -3,11 +3,11 @@
 | symbol | meaning | unit |
 |---|---|---|
 | L, T | length of the hull; time of the vessel's turns, sqrt(m33/tau_2max) | m, s |
-| T_l, T_d, T_f | lag, dead time, and time from zero to the limit of an actuator | s |
+| T_r, T_d, T_f | lag that remains, dead time, and time from zero to the limit of an actuator | s |
 | h | control period | s |
 | q | stretch of T for slow actuators | - |
 
-    q = 0.8 + 2·(max(T_l + 2·T_d + 0.2·T_f) + h/2)/T, or 1.5 + h/T where the actuators are not declared
+    q = 0.8 + 2·(max(T_r + T_d + 0.4·T_f) + h/2)/T, or 1.8 + h/T where the actuators are not declared
 
 Lengths are in units of L, times in units of q·T, and l0 in units of q·L: one set of numbers serves a model
 of 1 m and a ship of 300 m. On the paper's ship with q = 1 the slopes are those of the paper: 0.3 1/s is 1.4 1/T.
@@ -19,15 +19,16 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.law.applied_wrench import Channel, channel
 from vessel_hsmc_ros.law.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import NetworkParameters
 
-INSTANT, PER_SLOWNESS, UNDECLARED = 0.8, 2.0, 1.5
+INSTANT, PER_SLOWNESS, UNDECLARED = 0.8, 2.0, 1.8
 """Stretch of the unit of time: with instant actuators, its growth with their slowness in T, and with undeclared actuators."""
 
-DEAD, RISE = 2.0, 0.2
-"""How much of the dead time, and of the time from zero to the limit, counts as lag."""
+DEAD, RISE = 1.0, 0.4
+"""How much of the dead time, and of the time from zero to the limit, counts as lag, although the law predicts both."""
 
 CURRENT_TIME, LASTING, WATER_SPEED = 4.0, 0.3, 0.07
 """Time constant of the estimated current in T, share of its rate at which the hull's lasting sway velocity is learned, and speed
@@ -44,16 +45,16 @@ class HierarchicalParameters:
     """Numbers in units of the vessel's length L and of the time of its turns T, which is stretched for slow actuators."""
 
     approach_rate: float = number(1.4, "Rate at which small position errors decay, the slope of (12) and (23).", "1/T", "c")
-    approach_deceleration: float = number(0.1, "Deceleration of an approach from afar.", "L/T²", "a")
-    station_lever: float = number(0.02, "Distance of the controlled point ahead of the origin at rest.", "L", "l0")
-    lookahead_time: float = number(0.43, "Time in which the vessel sails that distance under way.", "T", "T_a")
+    approach_deceleration: float = number(0.15, "Deceleration of an approach from afar.", "L/T²", "a")
+    station_lever: float = number(0.021, "Distance of the controlled point ahead of the origin at rest.", "L", "l0")
+    lookahead_time: float = number(0.6, "Time in which the vessel sails that distance under way.", "T", "T_a")
     yaw_reaching_gain: float = number(4.6, "Reaching gain of the yaw surface (21).", "1/T", "k1")
     surge_reaching_gain: float = number(4.6, "Reaching gain of the surge surface (27).", "1/T", "k2")
     yaw_switching_gain: float = number(0.053, "Switching gain of the yaw law (21).", "L/T²", "eta1")
     surge_switching_gain: float = number(0.053, "Switching gain of the surge law (27).", "L/T²", "eta2")
     yaw_boundary_layer: float = number(0.023, "Boundary layer of the yaw surface.", "L/T", "phi1")
     surge_boundary_layer: float = number(0.023, "Boundary layer of the surge surface.", "L/T", "phi2")
-    prediction_gain: float = number(9.2, "Rate at which prediction errors decay.", "1/T", "lam")
+    prediction_gain: float = number(18.0, "Rate at which prediction errors decay.", "1/T", "lam")
     sway_adaptation_gain: float = number(0.21, "Adaptation of the network for f_v by the yaw surface (29).", "1/T²", "gamma1")
     yaw_adaptation_gain: float = number(8.7, "Adaptation of the network for f_r by the yaw surface (29).", "1/(L·T)²", "gamma2")
     surge_adaptation_gain: float = number(0.85, "Adaptation of the network for f_u by the surge surface (29).", "1/T²", "gamma3")
@@ -88,6 +89,8 @@ class Gains(NamedTuple):
     tau_2max: float
     T_c: float
     U_c: float
+    surge: Channel
+    yaw: Channel
     T: float
 
 
@@ -101,7 +104,7 @@ UNITS = {
 def stretch(vessel: KnownVessel, period: float) -> float:
     """The factor of T for slow actuators and a control period, s: a loop through slow actuators must be slower."""
     inputs, T = dynamics(vessel), unit_time(vessel)
-    slowest = max(each.lag + DEAD * each.dead_time + RISE * each.full for each in (inputs.surge, inputs.yaw))
+    slowest = max(each.remaining + DEAD * each.dead_time + RISE * each.full for each in (inputs.surge, inputs.yaw))
     return (INSTANT + PER_SLOWNESS * slowest / T if inputs.declared else UNDECLARED) + PER_SLOWNESS * 0.5 * period / T
 
 
@@ -116,10 +119,14 @@ def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float
     numbers = {
         symbol: value * L ** UNITS[symbol][0] * T ** UNITS[symbol][1] for symbol, value in schema.symbols(parameters).items()
     }
+    surge, yaw = (
+        channel(limit, each.lag, each.remaining, each.rate, each.dead_time, period)
+        for limit, each in zip((vessel.surge_force_limit, vessel.yaw_moment_limit), dynamics(vessel)[:2], strict=True)
+    )
     g = Gains(
         **numbers | {"l0": q * numbers["l0"]}, m11=vessel.surge_inertia, m33=vessel.yaw_inertia,
         tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit,
-        T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, T=period,
+        T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, surge=surge, yaw=yaw, T=period,
     )  # fmt: skip
     fastest = max(g.k1 + g.eta1 / g.phi1, g.k2 + g.eta2 / g.phi2, g.lam)
     if fastest * period >= 2.0:
