@@ -94,17 +94,3 @@ def test_completion_is_installed_where_the_shell_finds_it(shell: str, tmp_path: 
     assert result.exit_code == 0, result.output
     (script,) = (path for path in tmp_path.rglob("*") if path.is_file())
     assert "_VESSEL_HSMC_COMPLETE" in script.read_text(encoding="utf-8")
-
-
-def test_the_former_name_of_an_option_is_accepted_and_not_shown() -> None:
-    assert "--jobs" not in invoke("sweep", "--help").output
-    assert "no such option" not in invoke("sweep", "--jobs", "1").output.lower()
-    assert "--rate " not in invoke("compare", "--help").output
-    assert "no such option" not in invoke("compare", "--rate", "1").output.lower()
-
-
-def test_the_former_name_of_the_path_of_a_file_is_accepted_with_a_warning(tmp_path: Path) -> None:
-    assert "--output" not in invoke("report", "--help").output
-    result = invoke("report", str(tmp_path / "missing"), "--output", "page.html")
-    assert "use --file for the path of a file" in result.output
-    assert "missing" in str(result.exception)

@@ -18,7 +18,7 @@ Start = Callable[..., Command]
 C_LOCALE = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 SECOND = ["--set", "vessel_sim.duration=1"]
 LAWS = ["hierarchical_printed", "guided"]
-COMPARE = ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS), "--jobs", "1"]
+COMPARE = ["compare", "case2_tracking", *SECOND, "--laws", ",".join(LAWS), "--workers", "1"]
 
 VERBS = {
     "help": ["--help"],
@@ -47,7 +47,7 @@ def test_in_the_c_locale_every_verb_works_and_spells_units_out(start: Start, tmp
 
 
 def test_closed_standard_streams_do_not_disturb_a_simulation(tmp_path: Path) -> None:
-    line = '"$0" compare case2_tracking --set vessel_sim.duration=1 --laws pd --jobs 1 <&- >&- 2>&-'
+    line = '"$0" compare case2_tracking --set vessel_sim.duration=1 --laws pd --workers 1 <&- >&- 2>&-'
     done = subprocess.run(["sh", "-c", line, BIN / "vessel-hsmc"], cwd=tmp_path, capture_output=True, timeout=120.0)
     assert done.returncode == 0
     assert b"Traceback" not in done.stderr

@@ -255,7 +255,7 @@ class Row:
         return [
             f"{name} = {self.values[name]!r} in the row, {value!r} in the run"
             for name, value in found.items()
-            if name in self.values and not _equal(self.values[name], value)  # older rows have fewer metrics
+            if not _equal(self.values[name], value)
         ]
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import Entry
-from vessel_hsmc_ros.scenario.parameters import controller_parameters, in_present_names
+from vessel_hsmc_ros.scenario.parameters import controller_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
 FORM = "it takes controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
@@ -71,7 +71,6 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
     gains: dict[str, Gain] = {}
     for text in texts:
         name, equals, span = (part.strip() for part in text.partition("="))
-        (name,) = in_present_names({name: None})
         for parameter in _matching(name, law, entries, values) if "*" in name and not equals else [name]:
             entry = _declared(parameter, law, entries)
             if parameter in gains and "*" not in name:
