@@ -7,7 +7,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import GROUPS, VERBS, cli
+from vessel_hsmc_ros.cli.parameters import matching
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
 
 
@@ -64,6 +67,16 @@ def test_a_word_finds_the_parameters_in_whose_name_or_meaning_it_occurs() -> Non
     assert "controller.vessel.surge_dead_time = -1" in invoke("parameters", "dead_time").output
     with pytest.raises(ParameterError, match="no parameter has zzz in its name or meaning"):
         cli(["parameters", "zzz"], standalone_mode=False)
+
+
+def test_a_word_is_found_in_names_and_meanings_whatever_its_case() -> None:
+    named = [record["name"] for record in matching("heartbeat_TIMEOUT")]
+    assert named == ["watchdog.heartbeat_timeout", "mavlink.heartbeat_timeout", "px4.heartbeat_timeout"]
+    assert [record["name"] for record in matching("WatchDog.Ramp")] == ["watchdog.ramp_time"]
+    for word in ("vehiclestatus", "pierson"):
+        assert matching(word) == matching(word.upper()) != []
+    declared = [f"{node}.{name}" for node, cls in (NODES | AUXILIARY | WATCHERS).items() for name in schema.entries(cls)]
+    assert [record["name"] for record in matching("")] == declared
 
 
 def test_all_parameters_are_given_to_programs_as_valid_json() -> None:
