@@ -4,15 +4,12 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 from rich import box
 from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
-
-from vessel_hsmc_ros.core.spelling import spelled
 
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""
@@ -61,8 +58,7 @@ def print_table(
         console: Where to print; standard output by default.
     """
     console = console or Console()
-    shown = partial(spelled, encoding=console.encoding)
-    lines = [[shown(name).replace(" ", "\n") for name in head], *([*map(shown, row)] for row in rows)]
+    lines: list[Sequence[str]] = [[name.replace(" ", "\n") for name in head], *rows]
     for columns in _fitting(lines, text_columns, console):
         table = Table(
             title=title or None,

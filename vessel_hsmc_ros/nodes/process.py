@@ -25,7 +25,6 @@ from rclpy.utilities import remove_ros_args
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
-from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.node_parameters import in_ros_names
 from vessel_hsmc_ros.nodes.ros_environment import start_error
@@ -102,7 +101,7 @@ def _answer(
         get_logger(node_class.NAME).fatal(str(error))
         return CANNOT_START
     if unknown in ("-h", "--help"):
-        sys.stdout.write(spelled(help_text(node_class), sys.stdout.encoding))
+        sys.stdout.buffer.write(help_text(node_class).encode(sys.stdout.encoding, "replace"))
         return 0
     if unknown:
         remedy = "parameters are given by --ros-args -p NAME:=VALUE, and --help lists them"
