@@ -149,7 +149,6 @@ class Layout:
         Args:
             data: Bytes that contain the messages, uint8, (m,).
             starts: Offsets of the messages, (n,); each message has `size` bytes.
-            names: Dotted names of fields.
 
         Returns:
             Columns by name, each with n rows.

@@ -39,7 +39,6 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
     """Whether each message of a bag is compressed on its own.
 
     Args:
-        bag: The bag, for error messages.
         information: Its metadata.yaml.
 
     Raises:
@@ -82,7 +81,6 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     """The Message records of a chunk with their data decompressed.
 
     Args:
-        path: The file, for error messages.
         records: The chunk's uncompressed bytes.
 
     Raises:

@@ -95,7 +95,6 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     Args:
         path: The file, for error messages.
         stream: The file, opened for reading.
-        index: The location of the chunk.
 
     Raises:
         BagError: the chunk is damaged.
@@ -115,7 +114,6 @@ def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
     Args:
-        path: The file.
         summary: What a valid summary knows: where the records break off, the next record that it knows is read.
 
     Raises:
@@ -155,7 +153,6 @@ def _scan_from(contents: Contents, position: int, known: Mapping[int, int], doub
 
     Args:
         contents: What has been found so far.
-        position: Offset of a record.
         known: Records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
         doubtful: Gets offset and length of each record that cannot be read.
     """

@@ -164,7 +164,6 @@ class McapFile:
         """Add a channel of CDR messages.
 
         Args:
-            topic: Its name.
             schema: The id of its type's schema.
             metadata: QoS profiles and type hash, as rosbag2 names them.
 
@@ -181,7 +180,6 @@ class McapFile:
         """Append a message; the chunk is committed when it is full.
 
         Args:
-            channel: The id of its channel.
             log_time: Time of its receipt, ns.
             data: The serialised message, CDR with its encapsulation header.
             publish_time: Time of its publication, ns.
@@ -201,9 +199,7 @@ class McapFile:
         """Append an attachment, a small file that is stored with the messages.
 
         Args:
-            name: Its file name.
             media_type: Such as `application/yaml`.
-            data: Its content.
         """
         record = Attachment(create_time=0, log_time=self.contents.end_time, name=name, media_type=media_type, data=data)
         start, written = self.contents.end, record_bytes(record)

@@ -141,7 +141,6 @@ class MessageDecoder:
     """Decodes the messages of one topic.
 
     Args:
-        topic: For error messages.
         kind: The message type, such as `nav_msgs/msg/Odometry`.
         definition: Its text in the form ros2msg with all types that it uses.
     """
@@ -176,10 +175,8 @@ class MessageDecoder:
         """Decode some fields of many messages into columns.
 
         Args:
-            data: Bytes that contain the messages.
             starts: Offset of each message, (n,).
             sizes: Bytes of each message, (n,).
-            names: Dotted names of fields.
 
         Returns:
             Columns by name, each with n rows.

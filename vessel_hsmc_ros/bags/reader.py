@@ -78,7 +78,6 @@ def read_events(messages: Iterable[Any], start: int) -> list[Event]:
     """The events in messages of the topic `events`, in the order of their times.
 
     Args:
-        messages: Of one vessel.
         start: The time of its first odometry, ns.
     """
     events = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]

@@ -114,8 +114,6 @@ def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> b
 
     Args:
         rows: Values by the names of the columns; one that is left out is null.
-        campaign: The campaign.
-        chunk: Number of the chunk.
     """
     pa = _pyarrow()
     from pyarrow import parquet

@@ -256,7 +256,6 @@ def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     """Make a drawn parameter from its entry in a campaign file.
 
     Args:
-        name: As in the file.
         given: Its distribution, such as `{normal: [0.0, 1.0]}`.
         scenario: The base scenario, with the base values.
 

@@ -51,7 +51,6 @@ def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple
     """The findings in words, each with the law that it is about; empty for the comparison of laws.
 
     Args:
-        results: All runs.
         found: Of `influences_by_variant`.
     """
     if results.campaign.has_ships:

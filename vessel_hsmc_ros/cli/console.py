@@ -53,7 +53,6 @@ def print_table(
     Args:
         head: Names of the columns; no header is printed if all are empty. A name is broken at its spaces.
         rows: The cells of each row, which may contain Rich markup such as `[red]miss[/]`.
-        title: Printed above the table.
         text_columns: How many of the columns hold text.
         console: Where to print; standard output by default.
     """
@@ -101,9 +100,7 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
     """Show a progress bar on standard error; where that is no terminal, or one without cursor control, print lines instead.
 
     Args:
-        title: What is in progress.
         total: The amount at which it is complete; None for an open end.
-        unit: Unit of the amounts.
 
     Yields:
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,

@@ -204,7 +204,6 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
     """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
 
     Args:
-        changes: The texts.
         option: The command-line option they belong to, for error messages.
 
     Returns:

@@ -97,7 +97,6 @@ class Connections:
         """Describe the subscriber that a publisher still waits for; empty when all subscribers of the graph are connected.
 
         Args:
-            publisher: Of this node.
             partners: Full names of topics, of which the node of one of the subscribers must publish one; none if any will do.
         """
         if not (partners or self._recorded):

@@ -29,7 +29,6 @@ def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
     """The parameters that a node is given, and those among them that are rclpy's own set to them.
 
     Args:
-        node: The node.
         command_line: That of its process; empty if the code that creates the node gives it all.
 
     Raises:

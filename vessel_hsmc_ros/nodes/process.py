@@ -57,7 +57,6 @@ def run_node(
     signal. For the same reason rclpy must leave the handlers alone: it would restore the default ones for an instant.
 
     Args:
-        node_class: The class of the node.
         arguments: Command-line arguments; those of the process if None.
         take_options: Takes the node's own options from the arguments that are not of ROS, and returns the others.
 

@@ -56,7 +56,6 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
     Args:
         texts: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
             without a range stands for all gains that match.
-        law: The law that is tuned.
         present: A scenario, whose values are the middle of the ranges that are not given.
 
     Returns:
@@ -145,7 +144,6 @@ def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
     """The same scenario with other parameters of its controller.
 
     Args:
-        scenario: The scenario.
         values: Values by `controller.name`.
 
     Raises:
