@@ -218,7 +218,6 @@ def without_foreign_hull_data(values: Mapping[str, object], declared: Collection
 
     Args:
         values: Values by their dotted names.
-        declared: The names that the node declares.
 
     Raises:
         ParameterError: no node declares hull data of such a name.

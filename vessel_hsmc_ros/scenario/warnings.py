@@ -43,7 +43,6 @@ def check_effects(scenario: Scenario, commanded: Collection[str] = ()) -> list[s
     """Find the settings of a scenario that are given and have no effect.
 
     Args:
-        scenario: The scenario.
         commanded: The parameters, as `node.parameter`, that a person gave on the command line.
 
     Returns:
