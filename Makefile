@@ -142,10 +142,8 @@ benchmark-safety: tools  ## measure the safety checks, endurance, kills of nodes
 benchmark-report: tools  ## measure the report of one hour at 100 Hz against its limits
 	@$(BIN)/python benchmarks/report.py
 
-docs: tools  ## write docs/parameters.md and the tables of docs/safety.md from the declarations
-	@$(BIN)/vessel-hsmc parameters > docs/parameters.md
-	@$(BIN)/vessel-hsmc parameters --into docs/safety.md
-	@$(BIN)/vessel-hsmc parameters --boats > docs/boats.md
+docs: tools  ## write docs/parameters.md, docs/boats.md and the tables of docs/safety.md from the declarations
+	@$(BIN)/python tools/docs/pages.py
 
 # The variable suppresses an advertisement for another tool; warnings of the build are errors.
 site: dev  ## build the documentation with the API reference into build/site

@@ -187,7 +187,7 @@ def test_while_a_file_is_closed_its_last_summary_holds_to_the_end(
     file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
     file.append([metadata_record(100)])
     for number in range(summaries):
-        file.set_summary([metadata_record(200 + number)])
+        file.set_summary(metadata_record(200 + number))
     begun = len(calls)
     footer = FOOTER.pack(Opcode.FOOTER, FOOTER.size - HEADER, 0, 0, 0)
     file.close([metadata_record(100 + pages * PAGE), DATA_END, footer, MAGIC])
@@ -215,7 +215,7 @@ def test_whatever_is_appended_between_summaries_of_any_size_every_state_is_compl
         count = appended
         if number % 3 == 2:
             last, summary = summary, metadata_record(draw.choice([50, 5 * PAGE, min(slot, 5 * PAGE) - draw.randrange(24)]), "s")
-            file.set_summary([summary])
+            file.set_summary(summary)
         else:
             last, appended = summary, appended + 1
             file.append([metadata_record(draw.choice([100, draw.randrange(100, 3 * PAGE), *(n for n in near if n >= 100)]))])

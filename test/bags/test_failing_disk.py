@@ -73,7 +73,7 @@ def prepared(patch: pytest.MonkeyPatch, disk: Disk) -> None:
         rosbag2_metadata.write_metadata(*arguments)
 
     patch.setattr(crash_safe_file, "os", disk)
-    patch.setattr(crash_safe_file, "tempfile", type("Temporary", (), {"TemporaryFile": staticmethod(temporary)}))
+    patch.setattr(mcap_writer, "tempfile", type("Temporary", (), {"TemporaryFile": staticmethod(temporary)}))
     patch.setattr(writer, "write_metadata", described)
     patch.setattr(mcap_writer, "CHUNK_SIZE", 400)
     patch.setattr(crash_safe_file, "LEAST_RESERVE", 4096)

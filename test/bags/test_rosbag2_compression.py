@@ -1,9 +1,7 @@
 """Bags that rosbag2 compressed itself, file by file or message by message, are read like any other."""
 
 import gc
-import shutil
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -173,22 +171,11 @@ def test_a_damaged_compressed_message_is_refused(tmp_path: Path) -> None:
         open_bag(tmp_path / "bag")["odom"].stamp.max()
 
 
-def test_a_message_that_claims_a_terabyte_is_refused_before_memory_is_allocated(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_message_that_claims_a_terabyte_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(zstandard, "compress", lambda _: HUGE_FRAME)
     by_message(tmp_path / "bag")
-    with pytest.raises(BagError, match="is damaged: a compressed message claims more than 128 MiB"):
+    with pytest.raises(BagError, match="is damaged: a compressed message cannot be decompressed"):
         open_bag(tmp_path / "bag")["odom"].stamp.max()
-
-
-def test_a_file_that_does_not_fit_on_the_disk_is_refused_before_it_is_decompressed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    by_file(tmp_path / "bag")
-    monkeypatch.setattr(shutil, "disk_usage", lambda _: SimpleNamespace(total=10, used=10, free=0))
-    with pytest.raises(BagError, match=r"MiB decompressed, but .* has 0 MiB free: set TMPDIR to a folder on a larger disk"):
-        open_bag(tmp_path / "bag")
 
 
 def test_recover_keeps_the_declared_compression_of_messages(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from vessel_hsmc_ros.campaign.report import _subtitle
 from vessel_hsmc_ros.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.campaign.sampling import noise_seed
 from vessel_hsmc_ros.campaign.sensitivity import Influence
+from vessel_hsmc_ros.core.metrics import Metrics
 
 
 def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Path) -> None:
@@ -58,6 +59,7 @@ def test_all_laws_of_a_diagram_are_drawn_in_one_unit(tmp_path: Path) -> None:
     n = 20
     size = np.where(np.arange(2 * n) < n, 50.0, 4e6) * (1.0 + np.arange(2 * n) % n)
     rows = {
+        **dict.fromkeys(Metrics._fields, np.full(2 * n, np.nan)),
         "run": np.arange(2 * n),
         "draw": np.arange(2 * n) % n,
         plan.variant_column: np.repeat(["los_pid", "hierarchical_printed"], n),

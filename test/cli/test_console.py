@@ -115,14 +115,3 @@ def test_without_a_terminal_and_a_total_the_amount_is_a_line_every_few_seconds(
     with progress_bar("running", None) as update:
         update(12.3)
     assert capsys.readouterr().err.splitlines() == ["running", "running: 12 s"]
-
-
-def test_characters_that_the_encoding_lacks_are_spelled_out_and_columns_stay_aligned() -> None:
-    raw = io.BytesIO()
-    stream = io.TextIOWrapper(raw, encoding="ascii", write_through=True)
-    print_table(
-        ["", "a"], [["rate", "1 m/s²"], ["heading", "20.5°"], ["moment", "2 N·m"]], console=Console(file=stream, width=60)
-    )
-    lines = [line for line in raw.getvalue().decode("ascii").splitlines() if "|" in line]
-    assert [line.replace("|", " ").split()[-2:] for line in lines[2:]] == [["1", "m/s^2"], ["20.5", "deg"], ["2", "N*m"]]
-    assert len(set(map(len, lines))) == 1

@@ -67,7 +67,7 @@ def test_help_exits_with_0(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
     ("arguments", "work"),
     [
         (["simulate", "case2_tracking"], "vessel_hsmc_ros.runs.offline.ClosedLoop.run"),
-        (["compare", "case2_tracking", "--laws", "los_pid", "--jobs", "1"], "vessel_hsmc_ros.runs.comparison.simulate"),
+        (["compare", "case2_tracking", "--laws", "los_pid", "--workers", "1"], "vessel_hsmc_ros.runs.comparison.simulate"),
         (["report", "bag"], "vessel_hsmc_ros.report.making.make"),
     ],
 )

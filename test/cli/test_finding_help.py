@@ -7,7 +7,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import GROUPS, VERBS, cli
+from vessel_hsmc_ros.cli.parameters import matching
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
 
 
@@ -66,6 +69,16 @@ def test_a_word_finds_the_parameters_in_whose_name_or_meaning_it_occurs() -> Non
         cli(["parameters", "zzz"], standalone_mode=False)
 
 
+def test_a_word_is_found_in_names_and_meanings_whatever_its_case() -> None:
+    named = [record["name"] for record in matching("heartbeat_TIMEOUT")]
+    assert named == ["watchdog.heartbeat_timeout", "mavlink.heartbeat_timeout", "px4.heartbeat_timeout"]
+    assert [record["name"] for record in matching("WatchDog.Ramp")] == ["watchdog.ramp_time"]
+    for word in ("vehiclestatus", "pierson"):
+        assert matching(word) == matching(word.upper()) != []
+    declared = [f"{node}.{name}" for node, cls in (NODES | AUXILIARY | WATCHERS).items() for name in schema.entries(cls)]
+    assert [record["name"] for record in matching("")] == declared
+
+
 def test_all_parameters_are_given_to_programs_as_valid_json() -> None:
     def refuse(constant: str) -> None:
         raise ValueError(constant)
@@ -94,17 +107,3 @@ def test_completion_is_installed_where_the_shell_finds_it(shell: str, tmp_path: 
     assert result.exit_code == 0, result.output
     (script,) = (path for path in tmp_path.rglob("*") if path.is_file())
     assert "_VESSEL_HSMC_COMPLETE" in script.read_text(encoding="utf-8")
-
-
-def test_the_former_name_of_an_option_is_accepted_and_not_shown() -> None:
-    assert "--jobs" not in invoke("sweep", "--help").output
-    assert "no such option" not in invoke("sweep", "--jobs", "1").output.lower()
-    assert "--rate " not in invoke("compare", "--help").output
-    assert "no such option" not in invoke("compare", "--rate", "1").output.lower()
-
-
-def test_the_former_name_of_the_path_of_a_file_is_accepted_with_a_warning(tmp_path: Path) -> None:
-    assert "--output" not in invoke("report", "--help").output
-    result = invoke("report", str(tmp_path / "missing"), "--output", "page.html")
-    assert "use --file for the path of a file" in result.output
-    assert "missing" in str(result.exception)

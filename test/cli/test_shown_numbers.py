@@ -1,7 +1,6 @@
 """What the command shows: errors along the hull, turns to either side, and predictions before and after an identification."""
 
 import math
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,7 +14,6 @@ from records import make_run
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.excite import _rows
 from vessel_hsmc_ros.cli.identify import _judged
-from vessel_hsmc_ros.cli.options import file_option, rate_option, workers_option
 from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.identification.excitation import Step
@@ -45,44 +43,6 @@ def test_the_largest_yaw_rate_of_a_manoeuvre_is_that_to_either_side(side: float)
     state = np.column_stack([*np.zeros((3, len(time))), np.ones(len(time)), np.zeros(len(time)), turning])
     rows = _rows([Step("first", 1.0, side, 10.0), Step("second", 0.5, -side, 10.0)], make_run(time, state))
     assert [row[-1] for row in rows] == ["11.5°/s", "5.7°/s"]
-
-
-@pytest.mark.parametrize(
-    ("options", "expected"),
-    [
-        ([], None),
-        (["--file", "page.html"], "page.html"),
-        (["--output", "page.html"], "page.html"),
-        (["--output", "other.html", "--file", "page.html"], "page.html"),
-        (["--file", "page.html", "--output", "other.html"], "page.html"),
-    ],
-)
-def test_the_path_of_the_one_file_of_a_verb_is_taken_by_both_its_names(options: list[str], expected: str | None) -> None:
-    taken: list[Any] = []
-
-    @click.command()
-    @file_option("The page.")
-    def command(output: Path | None) -> None:
-        taken.append(output and str(output))
-
-    done = CliRunner().invoke(command, options, catch_exceptions=False)
-    assert taken == [expected]
-    assert ("use --file" in done.output) == ("--output" in options)
-
-
-def test_former_names_of_options_are_taken() -> None:
-    taken: dict[str, Any] = {}
-
-    @click.command()
-    @rate_option
-    @workers_option
-    def command(**options: Any) -> None:
-        taken.update(options)
-
-    for rate, workers in (("--rate", "--jobs"), ("--rate-hz", "--workers")):
-        CliRunner().invoke(command, [rate, "20", workers, "3"], catch_exceptions=False)
-        assert taken == {"rate_hz": 20.0, "workers": 3}
-        taken.clear()
 
 
 def test_a_held_out_run_is_predicted_by_the_start_vessel_before_and_by_the_identified_one_after() -> None:

@@ -12,7 +12,6 @@ from click.testing import CliRunner
 from vessel_hsmc_ros.cli import gains, identify, run
 from vessel_hsmc_ros.cli.campaign_row import compare_with_row
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.cli.options import file_option, rate_option, workers_option
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.law.linear_loop import Margins
 from vessel_hsmc_ros.runs.fleet import FleetResult
@@ -242,20 +241,3 @@ def test_gains_for_programs_are_those_in_use_beside_margins_by_loop(monkeypatch:
         assert {margins["gain_db"] for margins in content["margins"].values()} == {6.5, 7.5}
         assert content["margins"]["two"] == {"stable": False, "gain_db": 7.5, "phase_deg": 50.5, "delay": 2.5, "crossover": 0.75}
         assert content["warnings"] == ["a warning"]
-
-
-def called(command: Any, *arguments: str) -> dict[str, Any]:
-    """What a verb with some options gets."""
-    found: dict[str, Any] = {}
-    result = CliRunner().invoke(click.command()(command(lambda **given: found.update(given))), arguments)
-    assert result.exit_code == 0, result.output
-    return found
-
-
-def test_the_present_name_of_an_option_takes_precedence_over_the_former_one() -> None:
-    assert called(workers_option, "--workers", "3", "--jobs", "5") == {"workers": 3}
-    assert called(workers_option, "--jobs", "5") == {"workers": 5}
-    assert called(rate_option, "--rate-hz", "3", "--rate", "5") == {"rate_hz": 3.0}
-    assert called(rate_option, "--rate", "5") == {"rate_hz": 5.0}
-    assert called(file_option("A file."), "--file", "a", "--output", "b") == {"output": Path("a")}
-    assert called(file_option("A file."), "--output", "b") == {"output": Path("b")}

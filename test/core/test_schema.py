@@ -91,8 +91,8 @@ def test_instances_are_frozen() -> None:
 
 @dataclass(frozen=True)
 class Deep:
-    value: float = parameter(1.0, "A value.", unit="m", low=-2.0, high=3.0, symbol="v", remedy="less", former="worth")
-    kind: str = parameter("new", "A kind.", choices=("new", "other"), former={"old": "new"})
+    value: float = parameter(1.0, "A value.", unit="m", low=-2.0, high=3.0, symbol="v", remedy="less")
+    kind: str = parameter("new", "A kind.", choices=("new", "other"))
     many: tuple[float, ...] = parameter((1.0, 2.0), "Two.", low=0.0, high=9.0, length=2, tunable=True)
 
 
@@ -121,16 +121,6 @@ def test_a_change_by_a_dotted_name_changes_that_value_alone(path: str) -> None:
     before = schema.flatten(Top())
     for name, value in (("value", 2.5), ("kind", "other"), ("many", (3.0, 4.0))):
         assert schema.flatten(schema.build(Top, {f"{path}.{name}": value}, "node")) == {**before, f"{path}.{name}": value}
-
-
-@pytest.mark.parametrize("path", ["middle.deep", "all_live.live"])
-def test_former_names_and_choices_are_read_with_a_warning_that_names_both(path: str) -> None:
-    with pytest.warns(FutureWarning, match=rf"node\.{path}\.worth is now called value; the next release"):
-        assert schema.flatten(schema.build(Top, {f"{path}.worth": 2.5}, "node"))[f"{path}.value"] == 2.5
-    with pytest.warns(FutureWarning, match=rf"node\.{path}\.kind = old is now called new; the next release"):
-        assert schema.flatten(schema.build(Top, {f"{path}.kind": "old"}, "node"))[f"{path}.kind"] == "new"
-    with pytest.raises(ParameterError, match=rf"node\.{path}\.worth is the former name of {path}\.value, which is given too"):
-        schema.build(Top, {f"{path}.worth": 2.5, f"{path}.value": 2.0}, "node")
 
 
 @pytest.mark.parametrize("length", [0, 1, 3])

@@ -49,7 +49,7 @@ MOMENTS = {
     "during a run": (RUN, exists("runs/*/bag/bag_0.mcap")),
     "during a simulation": ([*SIMULATE, "--interpreted"], prints("simulating case2_tracking: ")),  # has little to write then
     "while the page of a simulation is made": ([*SIMULATE[:-1], "vessel_sim.duration=1"], exists("runs/*/run.json")),
-    "during a comparison": (["compare", "case2_tracking", "--laws", "los_pid,guided", "--jobs", "2"], runs("spawn_main")),
+    "during a comparison": (["compare", "case2_tracking", "--laws", "los_pid,guided", "--workers", "2"], runs("spawn_main")),
     "during the reproduction of the paper": (["reproduce", "--output", "paper"], runs("spawn_main")),
     "while a report is made": (["report", "../bag"], imports("jinja2.environment")),
 }

@@ -58,11 +58,6 @@ PATTERNS = [
 ]
 
 
-# Former names of parameters, which are read with a warning until the next release, are left as they were.
-SOURCES = [path.read_text(encoding="utf-8") for path in ROOT.glob("vessel_hsmc_ros/**/*.py")]
-FORMER = re.compile("|".join(rf"\b{name}\b" for text in SOURCES for name in re.findall(r'former="(\w+)"', text)))
-
-
 def excepted(path: str, line: str) -> bool:
     """Whether a line is listed among the exceptions."""
     return any(fnmatch(path, entry["file"]) and entry["text"] in line for entry in TERMS["exceptions"])
@@ -72,7 +67,7 @@ def occurrences(path: str, text: str) -> Iterator[Occurrence]:
     """Find the words in one file."""
     for number, line in enumerate(text.splitlines(), start=1):
         for pattern, write in PATTERNS:
-            for match in pattern.finditer(FORMER.sub("", line)):
+            for match in pattern.finditer(line):
                 if not excepted(path, line):
                     yield Occurrence(path, number, match.group(), write)
 

@@ -23,11 +23,6 @@ def test_constants_without_a_noun_are_found_and_words_like_them_are_not() -> Non
     assert words("of most rows; MOST_FORCE, AT_MOST, at MOST_") == []
 
 
-def test_a_former_name_of_a_parameter_is_no_term() -> None:
-    assert words("`current_walk` (`weather_walk`)") == []
-    assert words("`weather_walks`, the weather") == ["weather", "weather"]
-
-
 def test_an_occurrence_names_its_place_and_the_standard_term() -> None:
     (found,) = terms.occurrences("docs/live.md", "first\nthe weather\n")
     assert str(found) == "docs/live.md:2: weather -> environmental loads, disturbance; wind, waves and current"

@@ -106,7 +106,7 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
         "hierarchical_printed,los_pid",
         "--set",
         "vessel_sim.duration=1",
-        "--jobs",
+        "--workers",
         "1",
     ]
     done = vessel_hsmc(*arguments, "--output", str(tmp_path))
@@ -151,7 +151,7 @@ def test_every_row_of_a_suite_has_a_verdict_on_its_own_limits(tmp_path: Path, mo
         "  - {name: easy, at_most: 100}\n  - {name: hard, at_most: 0.001, largest: 1}\n"
         "  - {name: free}\n  - {name: too, at_most: 50}\n"
     )
-    done = vessel_hsmc("--suite", str(suite), "--laws", "los_pid", "--jobs", "1", "--output", str(tmp_path / "runs"))
+    done = vessel_hsmc("--suite", str(suite), "--laws", "los_pid", "--workers", "1", "--output", str(tmp_path / "runs"))
     folder = next((tmp_path / "runs").iterdir())
     runs = json.loads((folder / "compare.json").read_text())["runs"]
     assert [r["verdict"] for r in runs] == ["hit", "miss", None, "hit"]

@@ -110,7 +110,7 @@ def test_parallel_and_serial_sweeps_are_identical(monkeypatch: pytest.MonkeyPatc
 def test_the_run_folder_has_picture_page_and_all_metrics_of_every_run(tmp_path: Path) -> None:
     done = vessel_hsmc(
         "case2_tracking", f"{WEIGHT}=0.001,0.002", "controller.rate_hz=50.0,100.0", "--set", "vessel_sim.duration=1",
-        "--metric", METRICS[0], "--jobs", "1", "--output", str(tmp_path),
+        "--metric", METRICS[0], "--workers", "1", "--output", str(tmp_path),
     )  # fmt: skip
     folder = next(tmp_path.iterdir())
     assert {path.name for path in folder.iterdir()} == {"sweep.csv", "sweep.html", "sweep.json", "sweep.png"}

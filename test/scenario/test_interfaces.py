@@ -1,17 +1,13 @@
 """The table of the stacks' interfaces, the files written from it, and the page."""
 
-from pathlib import Path
-
 import pytest
 import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.scenario.interfaces import commands, interface, interface_text, interfaces, parameters_of
-from vessel_hsmc_ros.scenario.parameter_page import interface_page
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters import WATCHERS as PARAMETERS_OF_WATCHERS
 
@@ -66,8 +62,3 @@ def test_the_noise_of_a_receiver_that_is_known_is_not_replaced_by_that_of_the_st
 def test_an_unknown_interface_is_an_error_with_the_nearest_name() -> None:
     with pytest.raises(ParameterError, match="did you mean mavros"):
         interface("mavos")
-
-
-@pytest.mark.skipif(not (share_directory() / "docs").exists(), reason="the docs are part of the source tree only")
-def test_the_page_is_that_of_the_table() -> None:
-    assert (Path(share_directory()) / "docs" / "boats.md").read_text(encoding="utf-8") == interface_page()

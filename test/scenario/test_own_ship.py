@@ -16,7 +16,7 @@ from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
 from vessel_hsmc_ros.reference.curve_motion import Demand
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
-from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, scale_of, sway_damping_rate
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.scenario.warnings import check_scenario
@@ -136,11 +136,6 @@ def test_main_data_out_of_range_are_rejected() -> None:
 
 def test_the_template_is_data_of_the_package() -> None:
     assert (Path(__file__).parents[2] / "config" / "templates" / "ship.yaml").is_file()
-
-
-def test_the_acceptance_radius_of_earlier_releases_is_read_with_a_warning() -> None:
-    (found,) = check_scenario(load_scenario("waypoints", {"reference_ship.path.radius": 9.6}))
-    assert found.startswith("reference_ship.path.radius has no effect and will no longer be read")
 
 
 @pytest.mark.parametrize(("rho", "rate"), [(0.5, NOT_DECLARED), (0.9, 0.2), (1.5, 0.2 / 2.25), (2.0, 0.05)])

@@ -31,7 +31,6 @@ def record(time: int, topic: int, data: bytes) -> bytes:
 
     Args:
         time: Its time, ns.
-        topic: Number of its topic.
         data: The serialised message, CDR with its encapsulation header.
     """
     return _RECORD.pack(time, topic, len(data)) + data

@@ -3,9 +3,8 @@
 CDR has no table of contents: the location of a field depends on the lengths of the strings and sequences before it. Within a
 topic these lengths hardly ever change, so the first message's layout serves for all messages that have the same lengths.
 
-The layout follows from the message's definition, which is refused where it is endless, too large or incomplete. The parser of
-`rosbags` is used, but not its readers of messages: it compiles Python code for them, a line for each element of an array, so that
-a definition such as `string[300000] x` would take it for ever.
+The layout follows from the message's definition. The parser of `rosbags` is used, but not its readers of messages: it compiles
+Python code for them, a line for each element of an array, which takes long for a large one.
 """
 
 import math
@@ -23,18 +22,6 @@ from rosbags.typesys import get_types_from_msg
 
 from vessel_hsmc_ros.core.exceptions import BagError
 
-LONGEST_DEFINITION = 1 << 20
-"""Bytes of the text of a definition with all types that it uses."""
-
-MOST_LINES = 5000
-"""Lines of a definition without those of comments; each takes the parser a fraction of a millisecond."""
-
-MOST_FIELDS = 10_000
-"""Numbers, strings and lists of a message type, those of nested types counted each time."""
-
-DEEPEST = 32
-"""Levels of nested types."""
-
 _COMMENTS = re.compile(r"^[ \t]*(#.*)?\n", re.MULTILINE)
 """Lines without anything but a comment, most lines of many definitions."""
 
@@ -48,46 +35,23 @@ def read_definition(kind: str, text: str) -> Mapping[str, Any]:
         text: The definition in the form ros2msg, followed by those of all types that it uses.
 
     Raises:
-        BagError: the text is not such a definition, or exceeds a bound.
+        BagError: the text is not such a definition, or lacks a type.
     """
-    if len(text) > LONGEST_DEFINITION:
-        raise BagError(f"the definition of {kind} is refused: it has more than {LONGEST_DEFINITION >> 10} KiB")
-    text = _COMMENTS.sub("", text)
-    if text.count("\n") > MOST_LINES:
-        raise BagError(f"the definition of {kind} is refused: it has more than {MOST_LINES} lines")
     try:
-        types: Mapping[str, Any] = get_types_from_msg(text, kind)
+        types: Mapping[str, Any] = get_types_from_msg(_COMMENTS.sub("", text), kind)
     except Exception as error:  # the parser's errors have no common base
         raise BagError(f"the definition of {kind} cannot be read: {error}") from None
-    _count(types, kind, kind, 0, {})
+    for name in (name for _, fields in types.values() for _, (node, detail) in fields for name in _nested(node, detail)):
+        if name not in types:
+            raise BagError(f"the definition of {kind} cannot be read: type {name} is missing")
     return types
 
 
-def _count(types: Mapping[str, Any], name: str, kind: str, level: int, known: dict[str, int]) -> int:
-    """Number of fields of a type down to numbers and strings; each type is counted once, however often it is used.
-
-    Raises:
-        BagError: there are too many, a type contains itself, one is missing, or an array has a negative length.
-    """
-    if level > DEEPEST:
-        raise BagError(f"the definition of {kind} is refused: types contain each other on more than {DEEPEST} levels")
-    if name not in types:
-        raise BagError(f"the definition of {kind} cannot be read: type {name} is missing")
-    if name not in known:
-        total = 0
-        for _, (node, detail) in types[name][1]:
-            if node == Nodetype.ARRAY and detail[1] < 0:
-                raise BagError(f"the definition of {kind} cannot be read: an array of {detail[1]} elements")
-            nested = detail if node == Nodetype.NAME else detail[0][1] if _lists_messages(node, detail) else None
-            total += 1 if nested is None else _count(types, nested, kind, level + 1, known)
-        known[name] = total
-    if known[name] > MOST_FIELDS:
-        raise BagError(f"the definition of {kind} is refused: it has more than {MOST_FIELDS} fields")
-    return known[name]
-
-
-def _lists_messages(node: Nodetype, detail: Any) -> bool:
-    return node in (Nodetype.ARRAY, Nodetype.SEQUENCE) and detail[0][0] == Nodetype.NAME
+def _nested(node: Nodetype, detail: Any) -> list[str]:
+    """The message type of a field, or of the elements of a list; none for numbers and strings."""
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        node, detail = detail[0]
+    return [detail] if node == Nodetype.NAME else []
 
 
 Array = NDArray[Any]
@@ -149,7 +113,6 @@ class Layout:
         Args:
             data: Bytes that contain the messages, uint8, (m,).
             starts: Offsets of the messages, (n,); each message has `size` bytes.
-            names: Dotted names of fields.
 
         Returns:
             Columns by name, each with n rows.

@@ -10,61 +10,13 @@ boundary, so that the operating system writes each of them entirely or not at al
 
 import fcntl
 import os
-import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 from mcap.opcode import Opcode
 
 from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FIRST_PRIVATE, FOOTER, MAGIC, RECORD_HEADER
-
-PIECE = 64 * 1024
-"""Bytes that are read at once."""
-
-
-class FileRange(NamedTuple):
-    """Bytes that lie in a file, for writing them into another one without holding all of them in memory."""
-
-    fd: int
-    start: int
-    size: int
-
-    def pieces(self) -> Iterator[bytes]:
-        """The bytes, in pieces."""
-        end = self.start + self.size
-        return (os.pread(self.fd, min(PIECE, end - at), at) for at in range(self.start, end, PIECE))
-
-
-class UnnamedFile:
-    """A file without a name, which exists for as long as this object, also if its process is killed.
-
-    Args:
-        directory: A folder on the disk that it lies on.
-
-    Raises:
-        OSError: from `append`, too, when the operating system refuses to write.
-    """
-
-    def __init__(self, directory: Path) -> None:
-        self._file = tempfile.TemporaryFile(dir=directory)  # noqa: SIM115 - closed when this object goes
-        self._size = 0
-
-    def append(self, data: bytes) -> None:
-        """Add bytes at the end."""
-        # Not through a buffer, which would keep what cannot be written, and write it when the file is closed.
-        self._size = _write_at(self._file.fileno(), data, self._size)
-
-    @property
-    def content(self) -> FileRange:
-        """All bytes so far."""
-        return FileRange(self._file.fileno(), 0, self._size)
-
-    def close(self) -> None:
-        """Close the file, whose bytes are then lost."""
-        self._file.close()
-
 
 PAGE = 4096
 HEADER = RECORD_HEADER.size
@@ -75,9 +27,6 @@ LEAST_RESERVE, RESERVE_SHARE = 128 * 1024, 8
 _RESERVE, _SPACER, _FILLER = FIRST_PRIVATE, FIRST_PRIVATE + 1, FIRST_PRIVATE + 2
 
 TRAILER = len(DATA_END) + FOOTER.size + len(MAGIC)
-
-Part = bytes | FileRange
-"""What is written: bytes in memory, or in another file."""
 
 
 class CrashSafeFile:
@@ -128,13 +77,12 @@ class CrashSafeFile:
         self._write([first[:HEADER]], self.end)
         self.end = new_end
 
-    def set_summary(self, parts: Sequence[Part]) -> None:
+    def set_summary(self, summary: bytes) -> None:
         """Replace the summary, for readers that begin at the end of the file."""
-        size = sum(map(_size, parts))
-        if len(DATA_END) + size + HEADER > self._slot_size:
-            self._extend(0, size)
+        if len(DATA_END) + len(summary) + HEADER > self._slot_size:
+            self._extend(0, len(summary))
         first_in_use = self._summary is not None and self._summary[0] < self._slots + self._slot_size
-        self._write_summary(parts, self._slots + (self._slot_size if first_in_use else 0))
+        self._write_summary(summary, self._slots + (self._slot_size if first_in_use else 0))
 
     def close(self, parts: Sequence[bytes]) -> None:
         """Replace reserve and slots by the final records, and close the file."""
@@ -158,7 +106,7 @@ class CrashSafeFile:
 
     def _extend(self, data_size: int, summary_size: int) -> None:
         """Enlarge reserve and slots behind the present trailer; the summary moves along."""
-        summary = self._summary and FileRange(self._fd, *self._summary)
+        summary = self._summary and os.pread(self._fd, self._summary[1], self._summary[0])
         reserve = max(LEAST_RESERVE, 2 * data_size, self.end // RESERVE_SHARE)
         self._slot_size = max(self._slot_size, _pages(2 * summary_size + PAGE), 4 * PAGE)
         after = self._trailer + TRAILER if self._trailer else 0
@@ -166,16 +114,15 @@ class CrashSafeFile:
         self._trailer = self._slots + 2 * self._slot_size + PAGE - TRAILER
         self._write([DATA_END, self._footer(), MAGIC], self._trailer)
         if summary:
-            self._write_summary([summary], self._slots)
+            self._write_summary(summary, self._slots)
         self._write([self._reserve(self.end)], self.end)  # last: until now the old trailer was the file's valid end
 
-    def _write_summary(self, parts: Sequence[Part], slot: int) -> None:
+    def _write_summary(self, summary: bytes, slot: int) -> None:
         """Write a summary into an unused slot, preceded by a DataEnd record, and point the footer to it."""
-        size = sum(map(_size, parts))
         start = slot + len(DATA_END)
-        rest = self._trailer + len(DATA_END) - start - size - HEADER
-        self._write([DATA_END, *parts, RECORD_HEADER.pack(_SPACER, rest)], slot)
-        self._summary = start, size
+        rest = self._trailer + len(DATA_END) - start - len(summary) - HEADER
+        self._write([DATA_END, summary, RECORD_HEADER.pack(_SPACER, rest)], slot)
+        self._summary = start, len(summary)
         self._write([self._footer()], self._trailer + len(DATA_END))
 
     def _footer(self) -> bytes:
@@ -184,18 +131,9 @@ class CrashSafeFile:
     def _reserve(self, start: int) -> bytes:
         return RECORD_HEADER.pack(_RESERVE, self._trailer - start - HEADER)
 
-    def _write(self, parts: Sequence[Part | memoryview], offset: int) -> None:
-        """Write parts one after the other; those in memory that follow each other by one call of the operating system."""
-        held: list[bytes | memoryview] = []
-        for part in parts:
-            if isinstance(part, FileRange):
-                offset = _write_at(self._fd, b"".join(held), offset)
-                held = []
-                for piece in part.pieces():
-                    offset = _write_at(self._fd, piece, offset)
-            else:
-                held.append(part)
-        _write_at(self._fd, b"".join(held), offset)
+    def _write(self, parts: Sequence[bytes | memoryview], offset: int) -> None:
+        """Write parts one after the other, by one call of the operating system."""
+        write_at(self._fd, b"".join(parts), offset)
 
 
 def is_being_written(path: Path) -> bool:
@@ -210,16 +148,12 @@ def is_being_written(path: Path) -> bool:
     return False
 
 
-def _write_at(fd: int, data: bytes, offset: int) -> int:
+def write_at(fd: int, data: bytes, offset: int) -> int:
     """Write all bytes at an offset; returns the offset after them."""
     written = 0
     while written < len(data):
         written += os.pwrite(fd, data[written:], offset + written)
     return offset + written
-
-
-def _size(part: Part) -> int:
-    return part.size if isinstance(part, FileRange) else len(part)
 
 
 def _pages(size: int) -> int:

@@ -14,10 +14,8 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel
 
 from vessel_hsmc_ros.bags.mcap_contents import Contents, chunk_bytes, read_contents
 from vessel_hsmc_ros.bags.mcap_layout import (
@@ -29,30 +27,18 @@ from vessel_hsmc_ros.bags.mcap_layout import (
     file_records,
     message_offsets,
 )
-from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, VERSION
+from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, bag_information
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning, NoBagError
-from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
 SUFFIX = ".zstd"
 """Suffix of the files of a bag that is compressed file by file."""
-
-LARGEST_MESSAGE = LARGEST_CHUNK
-"""A compressed message that claims more bytes than this is taken for damage, and its memory is not allocated."""
-
-LARGEST_FACTOR = 1000
-"""A file that decompresses to more than this many times its size is refused: recordings compress to a third or a tenth."""
-
-_BLOCK = 1 << 22
-_FRAME_HEADER = 18
-"""Bytes of the longest header of a zstd frame."""
 
 
 def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
     """Whether each message of a bag is compressed on its own.
 
     Args:
-        bag: The bag, for error messages.
         information: Its metadata.yaml.
 
     Raises:
@@ -81,20 +67,13 @@ def decompress_file(path: Path, folder: Path) -> Path:
     """
     target = folder / path.name.removesuffix(SUFFIX)
     try:
+        # A frame that was cut off ends without an error: its MCAP file is then read as one that was cut off.
         with path.open("rb") as source, target.open("wb") as sink:
-            _require_room(path, source.read(_FRAME_HEADER), folder)
-            source.seek(0)
-            # A frame that was cut off ends without an error: its MCAP file is then read as one that was cut off.
-            with zstandard.ZstdDecompressor().stream_reader(source, closefd=False, read_across_frames=True) as stream:
-                limit, written = LARGEST_FACTOR * path.stat().st_size + _BLOCK, 0
-                while block := stream.read(_BLOCK):
-                    if written > limit:
-                        raise BagError(f"{path} is refused: it decompresses to more than {LARGEST_FACTOR} times its size")
-                    written += sink.write(block)
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(source, read_across_frames=True), sink)
     except zstandard.ZstdError:
         raise BagError(f"{path} is damaged: it cannot be decompressed as zstd") from None
     except OSError as error:
-        raise BagError(f"{path} cannot be decompressed into {folder}: {error.strerror}") from None
+        raise BagError(f"{path} cannot be decompressed into {folder}: {error.strerror}; TMPDIR chooses another disk") from None
     return target
 
 
@@ -102,7 +81,6 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     """The Message records of a chunk with their data decompressed.
 
     Args:
-        path: The file, for error messages.
         records: The chunk's uncompressed bytes.
 
     Raises:
@@ -110,16 +88,12 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     """
     decompressor = zstandard.ZstdDecompressor()
     parts: list[bytes] = []
-    size = 0
     for opcode, start, end in _records(path, records):
         if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
             continue
         _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
         data = _decompressed(path, decompressor, records[start + MESSAGE_HEADER.size : end])
         parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
-        size += len(data)
-        if size > LARGEST_CHUNK:
-            raise BagError(f"{path} is refused: the messages of a chunk decompress to more than {LARGEST_CHUNK >> 20} MiB")
     return b"".join(parts)
 
 
@@ -132,20 +106,10 @@ def _records(path: Path, records: bytes) -> Iterator[tuple[int, int, int]]:
 
 def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: bytes) -> bytes:
     try:
-        if zstandard.frame_content_size(data) > LARGEST_MESSAGE:
-            raise BagError(f"{path} is damaged: a compressed message claims more than {LARGEST_MESSAGE >> 20} MiB")
         # The limit takes effect if the frame does not declare its size.
-        return decompressor.decompress(data, max_output_size=LARGEST_MESSAGE)
-    except zstandard.ZstdError as error:
+        return decompressor.decompress(data, max_output_size=LARGEST_CHUNK)
+    except (zstandard.ZstdError, MemoryError) as error:
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
-
-
-def _require_room(path: Path, head: bytes, folder: Path) -> None:
-    """Raise a BagError before anything is written, if the frame's header declares a size that exceeds the free space."""
-    needed, free = zstandard.frame_content_size(head), shutil.disk_usage(folder).free
-    if needed > free:
-        sizes = f"{path} takes {needed >> 20} MiB decompressed, but {folder} has {free >> 20} MiB free"
-        raise BagError(f"{sizes}: set TMPDIR to a folder on a larger disk")
 
 
 BLOCK = 1 << 22
@@ -343,44 +307,6 @@ def _visible(folder: Path, suffix: str) -> list[Path]:
     return [file for file in folder.glob(f"*{suffix}") if not file.name.startswith(".")]
 
 
-def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
-    """The content of a bag's metadata.yaml; empty where there is none.
-
-    Args:
-        directory: The bag's folder.
-        strict: Whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
-
-    Raises:
-        BagError: the file cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.
-    """
-    path = directory / METADATA
-    if not path.is_file():
-        return {}
-    try:
-        document = read_plain_yaml(read_text(path))
-        information: dict[str, Any] = document["rosbag2_bagfile_information"]
-        version, storage = int(information["version"]), str(information["storage_identifier"] or "")
-        dict(information.get("custom_data") or {})
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        if not strict:
-            return {}
-        raise BagError(f"{path} cannot be read as a bag's metadata: {_line(error)}") from None
-    if version > VERSION:
-        raise BagError(f"{path} has version {version}, which is newer than {VERSION}, the last that this package reads")
-    if storage not in ("mcap", ""):  # rosbag2 leaves it empty when it indexes MCAP files anew
-        raise BagError(f"bag {directory} is stored as {storage}: only mcap is read; `ros2 bag convert` makes it one")
-    return information
-
-
-def offered_qos(channel: Channel) -> list[dict[str, Any]]:
-    """The QoS profiles of a channel's publishers; none where they cannot be read."""
-    try:
-        found = read_plain_yaml(channel.metadata.get("offered_qos_profiles", ""))
-    except yaml.YAMLError:
-        return []
-    return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []
-
-
 def _chunks(contents: Contents) -> Iterator[bytes]:
     with contents.path.open("rb") as stream:
         for index in contents.chunks:
@@ -395,7 +321,3 @@ def _number(path: Path) -> tuple[int, str]:
     # By number, because _10 comes after _9.
     found = _NUMBERED.search(path.name)
     return int(found[1]) if found else 0, path.name
-
-
-def _line(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__} {error}".split())

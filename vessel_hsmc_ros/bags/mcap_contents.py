@@ -5,7 +5,7 @@ import struct
 import zlib
 from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -95,7 +95,6 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     Args:
         path: The file, for error messages.
         stream: The file, opened for reading.
-        index: The location of the chunk.
 
     Raises:
         BagError: the chunk is damaged.
@@ -115,7 +114,6 @@ def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
     Args:
-        path: The file.
         summary: What a valid summary knows: where the records break off, the next record that it knows is read.
 
     Raises:
@@ -155,7 +153,6 @@ def _scan_from(contents: Contents, position: int, known: Mapping[int, int], doub
 
     Args:
         contents: What has been found so far.
-        position: Offset of a record.
         known: Records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
         doubtful: Gets offset and length of each record that cannot be read.
     """
@@ -319,8 +316,8 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
         profile, summary = reader.get_header().profile, reader.get_summary()
         if summary is None or summary.statistics is None:
             return None
-        statistics, size = summary.statistics, path.stat().st_size
-        contents = Contents(path, size, True, profile, summary.schemas, summary.channels, summary.chunk_indexes)
+        statistics = summary.statistics
+        contents = Contents(path, path.stat().st_size, True, profile, summary.schemas, summary.channels, summary.chunk_indexes)
         contents.counts = Counter(statistics.channel_message_counts)
         if statistics.message_count:
             contents.extend_times(statistics.message_start_time, statistics.message_end_time)
@@ -329,7 +326,7 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
     except DAMAGE:
         return None
     # A writer may omit any kind of record from the summary; then only a scan finds what it leads to.
-    return contents if _apart(contents.chunks, size) and _has_all(contents, statistics) else None
+    return contents if _has_all(contents, statistics) else None
 
 
 def _has_all(contents: Contents, statistics: Statistics) -> bool:
@@ -350,13 +347,3 @@ def _record_at(stream: IO[bytes], index: Any, kind: Any) -> Any:
         raise ValueError("too large")
     stream.seek(index.offset + RECORD_HEADER.size)
     return kind.read(ReadDataStream(io.BytesIO(stream.read(index.length - RECORD_HEADER.size))))
-
-
-def _apart(chunks: Sequence[ChunkIndex], size: int) -> bool:
-    """Whether chunks lie within the file and apart: an index that names one of them a million times is not taken."""
-    end = len(MAGIC)
-    for chunk in sorted(chunks, key=lambda index: index.chunk_start_offset):
-        if chunk.chunk_start_offset < end or chunk.chunk_length < RECORD_HEADER.size:
-            return False
-        end = chunk.chunk_start_offset + chunk.chunk_length
-    return end <= size

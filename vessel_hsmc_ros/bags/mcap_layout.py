@@ -57,12 +57,7 @@ _NOT_DATA = (0, Opcode.DATA_END, Opcode.FOOTER)
 
 
 def file_records(path: Path, first: int = len(MAGIC)) -> Iterator[tuple[int, int, bytes]]:
-    """Opcode, offset and content of the complete records in a file's data section, up to where it ends or breaks off.
-
-    Args:
-        path: The file.
-        first: Offset of the record to begin with.
-    """
+    """Opcode, offset and content of the complete records in a file's data section, up to where it ends or breaks off."""
     with path.open("rb") as stream:
         size, start = path.stat().st_size, stream.seek(first)
         while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:

@@ -5,7 +5,9 @@ is valid after every system call (`crash_safe_file`), for readers with and witho
 end: DataEnd, summary and footer.
 """
 
+import os
 import struct
+import tempfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -29,7 +31,7 @@ from mcap.records import (
     Statistics,
 )
 
-from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile, UnnamedFile
+from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile, write_at
 from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.bags.mcap_layout import (
     CHECKSUM_SIZE,
@@ -129,11 +131,13 @@ class McapFile:
     def __init__(self, path: Path, compression: str) -> None:
         self.contents = Contents(path, profile="ros2")
         self._compression = compression
-        self._chunk_index, self._chunks = UnnamedFile(path.parent), 0
+        # A long recording has many chunks: their index is on the disk, in a file that goes with its process.
+        self._index = tempfile.TemporaryFile(dir=path.parent)  # noqa: SIM115 - closed by `abandon` and `close`
+        self._index_size = self._chunks = 0
         try:
             self._file = CrashSafeFile(path, MAGIC + record_bytes(Header("ros2", "vessel_hsmc_ros")))
         except OSError:
-            self._chunk_index.close()
+            self._index.close()
             raise
         self.contents.end = self._file.end
         self._chunk: list[bytes] = []
@@ -160,7 +164,6 @@ class McapFile:
         """Add a channel of CDR messages.
 
         Args:
-            topic: Its name.
             schema: The id of its type's schema.
             metadata: QoS profiles and type hash, as rosbag2 names them.
 
@@ -177,7 +180,6 @@ class McapFile:
         """Append a message; the chunk is committed when it is full.
 
         Args:
-            channel: The id of its channel.
             log_time: Time of its receipt, ns.
             data: The serialised message, CDR with its encapsulation header.
             publish_time: Time of its publication, ns.
@@ -197,9 +199,7 @@ class McapFile:
         """Append an attachment, a small file that is stored with the messages.
 
         Args:
-            name: Its file name.
             media_type: Such as `application/yaml`.
-            data: Its content.
         """
         record = Attachment(create_time=0, log_time=self.contents.end_time, name=name, media_type=media_type, data=data)
         start, written = self.contents.end, record_bytes(record)
@@ -223,10 +223,10 @@ class McapFile:
         if not self._pending:
             return
         self._write_pending()
-        index, rest = self._chunk_index.content, statistics(self.contents, self._chunks) + self._summarise()
-        size = index.size + len(rest)
+        rest = statistics(self.contents, self._chunks) + self._summarise()
+        size = self._index_size + len(rest)
         if self._summary_bytes + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
-            self._file.set_summary([index, rest])
+            self._file.set_summary(self._written_index() + rest)
             self._summary_bytes += size
 
     def close(self) -> None:
@@ -237,13 +237,16 @@ class McapFile:
         """
         self._end_chunk()
         self._write_pending()
-        self._file.close(ending(self.contents, b"".join(self._chunk_index.content.pieces()), self._chunks))
-        self._chunk_index.close()
+        self._file.close(ending(self.contents, self._written_index(), self._chunks))
+        self._index.close()
 
     def abandon(self) -> None:
         """Leave the file as it is on the disk, and release its descriptors."""
         self._file.abandon()
-        self._chunk_index.close()
+        self._index.close()
+
+    def _written_index(self) -> bytes:
+        return os.pread(self._index.fileno(), self._index_size, 0)
 
     def _summarise(self) -> bytes:
         """`definitions` of the contents, encoded again only when there are new ones."""
@@ -280,7 +283,7 @@ class McapFile:
         index = ChunkIndex(len(record), self.contents.end, compression, len(packed), end, 0, {}, start, len(data))
         self._append(record)
         self._append_message_indexes(index)
-        self._chunk_index.append(record_bytes(index))  # a long recording has many
+        self._index_size = write_at(self._index.fileno(), record_bytes(index), self._index_size)
         self._chunks += 1
         self.contents.extend_times(start, end)
         self._chunk, self._chunk_size, self._entries = [], 0, {}

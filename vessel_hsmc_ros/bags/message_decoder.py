@@ -13,7 +13,6 @@ from rosbags.interfaces import Nodetype
 
 from vessel_hsmc_ros.bags.cdr_columns import (
     ENCAPSULATION,
-    MOST_FIELDS,
     NUMBERS,
     UNUSED,
     Layout,
@@ -69,6 +68,10 @@ class MessageObjects:
         return message
 
 
+MAX_NESTED = 10_000
+"""Nested messages of a message, besides one for each of its bytes."""
+
+
 class _Walk:
     """Reads the values of one message in order."""
 
@@ -76,7 +79,7 @@ class _Walk:
         self.data, self.order, self.types, self.classes = data, order, types, classes
         self.position = ENCAPSULATION
         # A message without fields takes no bytes: lists of lists of such could go on for ever.
-        self.left = MOST_FIELDS + len(data)
+        self.left = MAX_NESTED + len(data)
         self.unused = UNUSED
 
     def message(self, kind: str) -> Any:
@@ -141,7 +144,6 @@ class MessageDecoder:
     """Decodes the messages of one topic.
 
     Args:
-        topic: For error messages.
         kind: The message type, such as `nav_msgs/msg/Odometry`.
         definition: Its text in the form ros2msg with all types that it uses.
     """
@@ -176,10 +178,8 @@ class MessageDecoder:
         """Decode some fields of many messages into columns.
 
         Args:
-            data: Bytes that contain the messages.
             starts: Offset of each message, (n,).
             sizes: Bytes of each message, (n,).
-            names: Dotted names of fields.
 
         Returns:
             Columns by name, each with n rows.

@@ -28,7 +28,7 @@ import yaml
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
-from vessel_hsmc_ros.bags.recorded_scenario import former_names_accepted, recorded_parameters, recorded_scenario
+from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns, topics_of
 from vessel_hsmc_ros.bags.vessel_topics import VesselTopics
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
@@ -39,7 +39,6 @@ from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
-from vessel_hsmc_ros.scenario.parameters import in_present_names
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
@@ -79,7 +78,6 @@ def read_events(messages: Iterable[Any], start: int) -> list[Event]:
     """The events in messages of the topic `events`, in the order of their times.
 
     Args:
-        messages: Of one vessel.
         start: The time of its first odometry, ns.
     """
     events = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
@@ -87,7 +85,7 @@ def read_events(messages: Iterable[Any], start: int) -> list[Event]:
 
 
 def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
-    """The new values of the parameters that events changed, by `node.parameter` with its present name."""
+    """The new values of the parameters that events changed, by `node.parameter`."""
     changes: dict[str, object] = {}
     for event in events:
         if event.kind == "parameter":
@@ -96,8 +94,7 @@ def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
                 changes[name] = read_yaml(values.partition(" -> ")[2])
             except yaml.YAMLError as error:
                 raise BagError(f"event {event.text} cannot be read: {error}") from None
-    with former_names_accepted():
-        return in_present_names(changes)
+    return changes
 
 
 def last_diagnostics(messages: Iterable[Any], prefix: str) -> dict[str, dict[str, str]]:
@@ -255,9 +252,8 @@ class Bag:
         name = self.recording.get("scenario") or self.path.absolute().parent.name
         text = self.attachments.get(SCENARIO, b"").decode(errors="replace")
         live = changed_parameters(event for event in self.events(namespace) if event.time <= at) if at > -math.inf else {}
-        changed = {**live, **in_present_names(changes or {})}
-        with former_names_accepted():
-            return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law, namespace)
+        changed = {**live, **(changes or {})}
+        return recorded_scenario(self.path, name, text, self.parameters, self.namespaces, changed, any_law, namespace)
 
     def events(self, namespace: str | None = None) -> list[Event]:
         """The events of one vessel: services called, parameters changed while the nodes ran, goals and paths accepted.

@@ -1,8 +1,6 @@
 """The scenario and the parameters that a bag was recorded with."""
 
-import warnings
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,19 +12,11 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.node_list import ALLOCATION
 from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml
-from vessel_hsmc_ros.scenario.parameters import NODES, declared, in_present_names
+from vessel_hsmc_ros.scenario.parameters import NODES, declared
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
 
 Parameters = Mapping[str, Mapping[str, Any]]
-
-
-@contextmanager
-def former_names_accepted() -> Iterator[None]:
-    """Read parameters by their former names without a warning: those of a recording remain what they are."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)
-        yield
 
 
 def recorded_parameters(text: bytes) -> dict[str, dict[str, Any]]:
@@ -100,6 +90,5 @@ def _from_parameters(parameters: Parameters, namespaces: Collection[str]) -> str
         if node in NODES and name.removesuffix(node) in (*namespaces, "/"):
             # ROS adds parameters of its own, such as use_sim_time, which a scenario does not have.
             known = schema.entries(NODES[node])
-            present = in_present_names(values)
-            found[node] = {"ros__parameters": {key: value for key, value in present.items() if key in known}}
+            found[node] = {"ros__parameters": {key: value for key, value in values.items() if key in known}}
     return yaml.safe_dump(found) if found.keys() >= NODES.keys() - {ALLOCATION} else ""

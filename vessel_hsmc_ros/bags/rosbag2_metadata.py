@@ -6,6 +6,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
+from mcap.records import Channel
+
+from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 
 METADATA = "metadata.yaml"
 VERSION = 9
@@ -133,3 +137,45 @@ def _topic_metadata(topic: Topic) -> dict[str, Any]:
 def _span(start: int, end: int) -> dict[str, Any]:
     duration = max(0, end - start)
     return {"starting_time": {"nanoseconds_since_epoch": start}, "duration": {"nanoseconds": duration}}
+
+
+def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
+    """The content of a bag's metadata.yaml; empty where there is none.
+
+    Args:
+        directory: The bag's folder.
+        strict: Whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
+
+    Raises:
+        BagError: the file cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.
+    """
+    path = directory / METADATA
+    if not path.is_file():
+        return {}
+    try:
+        document = read_plain_yaml(read_text(path))
+        information: dict[str, Any] = document["rosbag2_bagfile_information"]
+        version, storage = int(information["version"]), str(information["storage_identifier"] or "")
+        dict(information.get("custom_data") or {})
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        if not strict:
+            return {}
+        raise BagError(f"{path} cannot be read as a bag's metadata: {_line(error)}") from None
+    if version > VERSION:
+        raise BagError(f"{path} has version {version}, which is newer than {VERSION}, the last that this package reads")
+    if storage not in ("mcap", ""):  # rosbag2 leaves it empty when it indexes MCAP files anew
+        raise BagError(f"bag {directory} is stored as {storage}: only mcap is read; `ros2 bag convert` makes it one")
+    return information
+
+
+def offered_qos(channel: Channel) -> list[dict[str, Any]]:
+    """The QoS profiles of a channel's publishers; none where they cannot be read."""
+    try:
+        found = read_plain_yaml(channel.metadata.get("offered_qos_profiles", ""))
+    except yaml.YAMLError:
+        return []
+    return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []
+
+
+def _line(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__} {error}".split())

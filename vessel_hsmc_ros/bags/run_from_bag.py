@@ -198,7 +198,6 @@ def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> 
 
     Args:
         stamps: (n,), ns.
-        series: A topic.
         values: A row for each of its messages, (m, k).
         otherwise: The value where no message has the stamp.
 

@@ -116,7 +116,6 @@ def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
 
     Args:
         directory: The bag's folder, which is created.
-        published: Their content.
         scenario: The scenario of the run, which is attached.
 
     Returns:

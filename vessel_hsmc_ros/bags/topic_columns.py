@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags.cdr_columns import joined
-from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets, offered_qos
+from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets
 from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, MESSAGE_HEADER_TYPE
 from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
+from vessel_hsmc_ros.bags.rosbag2_metadata import offered_qos
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 

@@ -114,8 +114,6 @@ def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> b
 
     Args:
         rows: Values by the names of the columns; one that is left out is null.
-        campaign: The campaign.
-        chunk: Number of the chunk.
     """
     pa = _pyarrow()
     from pyarrow import parquet
@@ -255,7 +253,7 @@ class Row:
         return [
             f"{name} = {self.values[name]!r} in the row, {value!r} in the run"
             for name, value in found.items()
-            if name in self.values and not _equal(self.values[name], value)  # older rows have fewer metrics
+            if not _equal(self.values[name], value)
         ]
 
 

@@ -99,7 +99,6 @@ def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diag
     """The diagrams of a campaign.
 
     Args:
-        results: All runs.
         found: The influences on the main metric for each law, strongest first.
     """
     bars = tuple(Bars(law, label(results.main), tuple(entries[:BARS][::-1])) for law, entries in found.items() if entries)

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.campaign import ship_family
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import Entry, Value
-from vessel_hsmc_ros.scenario.parameters import VESSEL, declared, in_present_names
+from vessel_hsmc_ros.scenario.parameters import VESSEL, declared
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
@@ -256,7 +256,6 @@ def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     """Make a drawn parameter from its entry in a campaign file.
 
     Args:
-        name: As in the file.
         given: Its distribution, such as `{normal: [0.0, 1.0]}`.
         scenario: The base scenario, with the base values.
 
@@ -265,7 +264,6 @@ def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     """
     match = _ELEMENT.fullmatch(name)
     parameter, element = (match[1], int(match[2])) if match else (name, None)
-    (parameter,) = _in_present_names({parameter: None})
     entry, base = _declaration(parameter, scenario)
     if element is not None:
         if entry.type not in LISTS or not isinstance(base, tuple) or element >= len(base):
@@ -278,12 +276,6 @@ def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
         raise ParameterError(f"draw {name}: {error}") from None
     drawn = Drawn(name, parameter, element, entry, distribution, _factor(name, base, relative))
     return replace(drawn, distribution=_allowed(drawn, given))
-
-
-def _in_present_names(values: dict[str, None]) -> dict[str, None]:
-    """The names of parameters and of numbers of a ship, the present ones in the place of former ones."""
-    family = {ship_family.SHIP + old: ship_family.SHIP + new for old, new in schema.former_names(ship_family.ShipFamily).items()}
-    return in_present_names(schema.renamed(values, family))
 
 
 def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:

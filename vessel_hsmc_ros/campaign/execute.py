@@ -44,7 +44,6 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
     A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error.
 
     Args:
-        campaign: The campaign.
         number: Number of the chunk, from 0.
         progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
 
@@ -262,8 +261,6 @@ def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Itera
 
     Args:
         scheduler: Address of the scheduler, such as tcp://host:8786.
-        campaign: The campaign.
-        numbers: The chunks.
 
     Yields:
         Number and file content of each chunk as soon as it is computed, in any order.

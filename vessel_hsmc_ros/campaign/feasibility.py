@@ -115,7 +115,6 @@ def demand(rows: Array, current: Array, wind: Array, vessel: Vessel, h: float) -
         rows: x, y, psi, u, v, r, du, dv, dr of the reference over ground, (n, 9).
         current: Its components east and north, (2,) m/s.
         wind: Mean force of the wind, (2,) N.
-        vessel: Coefficients of the ship.
         h: Period of the rows, s.
     """
     q, acceleration = _through_water(rows, current)
@@ -159,7 +158,6 @@ def sway_residual(
     """What the sway equation lacks at a heading, N.
 
     Args:
-        psi: The heading, rad.
         last: That of the neighbouring sample, from which r follows, rad.
         h: Time between them, s, negative where the last one is later.
         flow: q, p'' and W, each east and north.

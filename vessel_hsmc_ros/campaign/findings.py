@@ -6,7 +6,6 @@ import shlex
 from pathlib import Path
 
 from vessel_hsmc_ros.campaign import ship_findings
-from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.campaign.results import Results
 from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence, influences
 from vessel_hsmc_ros.campaign.statistics import (
@@ -51,7 +50,6 @@ def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple
     """The findings in words, each with the law that it is about; empty for the comparison of laws.
 
     Args:
-        results: All runs.
         found: Of `influences_by_variant`.
     """
     if results.campaign.has_ships:
@@ -152,8 +150,9 @@ def replay_command(folder: Path, run: int) -> str:
 def _failures(runs: Results) -> str:
     count, n = int(runs.failed.sum()), len(runs)
     statement = f"{count} of {n} runs failed"
-    if not runs.campaign.independent:
-        return f"{statement}, {share_text(count / n)}{_why(runs.campaign)}."
+    if not runs.campaign.independent:  # and so without an interval
+        why = GRID if runs.campaign.grids else EVEN.format(runs.campaign.sampling.replace("_", " "))
+        return f"{statement}, {share_text(count / n)}{why}."
     bound = share_text(at_most(count, n))
     if not count:
         return f"{statement}: a run fails with a probability of at most {bound}, at {100.0 * CONFIDENCE:g} % confidence."
@@ -192,11 +191,6 @@ def _comparison(results: Results, first: str, second: str) -> str:
         statement += f" (probability {interval_text(found.share)})"
     ratio = f"; the median ratio is {found.ratio.value:.2g}" if math.isfinite(found.ratio.value) else ""
     return f"{statement}{ratio}."
-
-
-def _why(campaign: Campaign) -> str:
-    """Why there are no intervals."""
-    return GRID if campaign.grids else EVEN.format(campaign.sampling.replace("_", " "))
 
 
 def _what(results: Results) -> str:

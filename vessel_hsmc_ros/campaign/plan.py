@@ -178,7 +178,6 @@ class Campaign(CampaignFile):
         """The scenario of a run.
 
         Args:
-            run: Its number.
             changes: Further changes by `node.parameter` that do not affect the results, such as those of `for_nodes`.
 
         Raises:

@@ -84,7 +84,6 @@ class CampaignFile:
         """Make a campaign from its texts.
 
         Args:
-            source: The texts.
             runs: Number of draws in the place of that of the file.
 
         Raises:

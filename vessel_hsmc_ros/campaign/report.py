@@ -24,7 +24,6 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
     """Write the report of a campaign, complete or not.
 
     Args:
-        folder: The folder of the campaign.
         output: The page; by default `report.html` in the folder. The figures are in `figures/` beside it.
 
     Returns:
@@ -51,9 +50,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
     """Render the HTML text of the page.
 
     Args:
-        results: All runs.
         found: The influences on the main metric for each law.
-        drawn: The diagrams.
         folder: The folder of the campaign, for the commands.
     """
     campaign, laws = results.campaign, list(results.by_variant)
@@ -117,7 +114,6 @@ def page_diagrams(drawn: Diagrams, laws: list[str]) -> dict[str, list[Figure]]:
     """Traces and layouts of all diagrams, by the section of the page that shows them.
 
     Args:
-        drawn: The diagrams.
         laws: All laws, in the order of their colours.
     """
     return {

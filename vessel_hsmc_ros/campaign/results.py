@@ -68,8 +68,7 @@ class Results:
     @property
     def metrics(self) -> tuple[str, ...]:
         """The metrics that any run has, those with limits first."""
-        # The rows of an older version may lack a metric.
-        there = [name for name in Metrics._fields if name in self.rows and np.isfinite(self.rows[name]).any()]
+        there = [name for name in Metrics._fields if np.isfinite(self.rows[name]).any()]
         return tuple(dict.fromkeys([name for name in self._limited if name in there] + there))
 
     @property

@@ -26,7 +26,6 @@ def point(method: str, dimensions: int, seed: int, draws: int, draw: int) -> tup
     """A point of the open unit cube.
 
     Args:
-        method: One of METHODS.
         dimensions: Number of coordinates.
         seed: Of the campaign; scrambles the Sobol sequence.
         draws: Number of all draws, on which only those of latin_hypercube depend.

@@ -84,9 +84,6 @@ def resolved(*layers: Mapping[str, object]) -> Changes:
 def expand(family: ShipFamily) -> Changes:
     """The changes to a scenario that make it that of a ship of the family; always the same names.
 
-    Args:
-        family: The numbers of the ship.
-
     Raises:
         ParameterError: no reference of this kind is feasible for the ship.
     """
@@ -155,8 +152,6 @@ def _delays(family: ShipFamily, own: float, limit: float, T: float, period: floa
     """The true delays of an actuator.
 
     Args:
-        family: The numbers of the ship.
-        own: Factor of this actuator.
         limit: Its largest force or moment.
         T: Unit of time, s.
         period: Of the plant, s, to which dead times are rounded.

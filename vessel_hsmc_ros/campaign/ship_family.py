@@ -29,14 +29,14 @@ def delay(default: float, what: str, unit: str) -> float:
     return parameter(default, f"{what}, if there is any.", unit=unit, low=0.0, high=10.0)
 
 
-def error(what: str, former: str = "") -> float:
+def error(what: str) -> float:
     """Declare the factor by which a declaration differs from the truth."""
-    return parameter(1.0, f"Declared {what}, relative to the true one.", low=0.01, high=100.0, former=former)
+    return parameter(1.0, f"Declared {what}, relative to the true one.", low=0.01, high=100.0)
 
 
-def switch(description: str, former: str = "") -> bool:
+def switch(description: str) -> bool:
     """Declare a property that a ship has or has not."""
-    return parameter(False, description, former=former)
+    return parameter(False, description)
 
 
 def angle(description: str) -> float:
@@ -52,7 +52,7 @@ class ShipFamily:
     surge_to_sway_inertia: float = parameter(0.675, "m11/m22; m11 is that of the scaled ship.", low=0.1, high=2.0)
     yaw_inertia: float = factor("Yaw inertia")
     coupled: bool = switch("Whether sway and yaw are coupled in the inertia matrix.")
-    percussion_point: float = parameter(0.0, "m23/m22, if coupled.", unit="L", low=-0.2, high=0.2, former="pivot")
+    percussion_point: float = parameter(0.0, "m23/m22, if coupled.", unit="L", low=-0.2, high=0.2)
     surge_damping: float = factor("Damping in surge")
     sway_damping: float = factor("Damping in sway")
     yaw_damping: float = factor("Damping in yaw")
@@ -78,15 +78,13 @@ class ShipFamily:
     declares_rate: bool = switch("Whether the rates are declared.")
     declares_dead_time: bool = switch("Whether the dead times are declared.")
     declares_coupling: bool = switch("Whether the coupling of sway and yaw is declared.")
-    declares_sway_damping: bool = switch(
-        "Whether sway damping rate and Coriolis ratio are declared if the hull needs them.", former="declares_drift"
-    )
+    declares_sway_damping: bool = switch("Whether sway damping rate and Coriolis ratio are declared if the hull needs them.")
     declared_lag: float = error("lag")
     declared_rate: float = error("rate")
     declared_dead_time: float = error("dead time")
     declared_coupling: float = error("coupling of sway and yaw")
-    declared_sway_damping_rate: float = error("sway damping rate", former="declared_drift_decay")
-    declared_coriolis_ratio: float = error("Coriolis ratio", former="declared_drift_ratio")
+    declared_sway_damping_rate: float = error("sway damping rate")
+    declared_coriolis_ratio: float = error("Coriolis ratio")
     declared_surge_inertia: float = error("surge inertia")
     declared_sway_inertia: float = error("sway inertia")
     declared_yaw_inertia: float = error("yaw inertia")

@@ -34,8 +34,6 @@ def of_row(scenario: str | None, folder: Path | None, number: int | None, change
     """The row that the options select; None where they are not given.
 
     Args:
-        scenario: The argument SCENARIO.
-        folder, number: The options.
         changed: Whether other options would change the run.
 
     Raises:

@@ -130,8 +130,8 @@ def cli() -> None:
 
 
 def show_warning(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-    """Print what concerns the user, such as a former name or a missing file, as a line; the rest as Python does."""
-    if issubclass(category, FutureWarning | BagWarning):
+    """Print what concerns the user, such as a missing file, as a line; the rest as Python does."""
+    if issubclass(category, BagWarning):
         print_warning(str(message))
     else:
         PYTHONS(message, category, *place, **more)

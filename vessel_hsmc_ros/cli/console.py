@@ -4,15 +4,12 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 from rich import box
 from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
-
-from vessel_hsmc_ros.core.spelling import spelled
 
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""
@@ -56,13 +53,11 @@ def print_table(
     Args:
         head: Names of the columns; no header is printed if all are empty. A name is broken at its spaces.
         rows: The cells of each row, which may contain Rich markup such as `[red]miss[/]`.
-        title: Printed above the table.
         text_columns: How many of the columns hold text.
         console: Where to print; standard output by default.
     """
     console = console or Console()
-    shown = partial(spelled, encoding=console.encoding)
-    lines = [[shown(name).replace(" ", "\n") for name in head], *([*map(shown, row)] for row in rows)]
+    lines: list[Sequence[str]] = [[name.replace(" ", "\n") for name in head], *rows]
     for columns in _fitting(lines, text_columns, console):
         table = Table(
             title=title or None,
@@ -105,9 +100,7 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
     """Show a progress bar on standard error; where that is no terminal, or one without cursor control, print lines instead.
 
     Args:
-        title: What is in progress.
         total: The amount at which it is complete; None for an open end.
-        unit: Unit of the amounts.
 
     Yields:
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,

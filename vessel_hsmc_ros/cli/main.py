@@ -1,7 +1,6 @@
 """The entry point of `vessel-hsmc`: it prepares signals and standard streams before it imports the command."""
 
 import io
-import os
 import sys
 
 from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
@@ -14,7 +13,9 @@ def main() -> int:
     from vessel_hsmc_ros.core.exceptions import InstallationError
     from vessel_hsmc_ros.core.install_paths import require
 
-    prepare_streams()
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # where its encoding lacks a character, such as that of a unit
     try:
         require("click", "numpy", "rich", "yaml")
         from vessel_hsmc_ros.cli.command import execute
@@ -25,31 +26,6 @@ def main() -> int:
         return 1
     finally:
         ignore_interrupts()
-
-
-def prepare_streams() -> None:
-    """Open closed standard streams on /dev/null, and let the output spell out characters that its encoding lacks."""
-    from vessel_hsmc_ros.core.spelling import HANDLER
-
-    _open_closed_streams()
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors=HANDLER)
-
-
-def _open_closed_streams() -> None:
-    for number in range(3):
-        try:
-            os.fstat(number)
-        except OSError:  # else the next file that is opened, such as a bag, would become this stream
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
-    sys.stdin = sys.stdin or _null("r")
-    sys.stdout = sys.stdout or _null("w")
-    sys.stderr = sys.stderr or _null("w")
-
-
-def _null(mode: str) -> io.TextIOWrapper:
-    return io.TextIOWrapper(io.FileIO(os.devnull, mode), encoding="utf-8")
 
 
 if __name__ == "__main__":

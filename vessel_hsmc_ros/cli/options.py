@@ -42,28 +42,9 @@ def print_json(content: object) -> None:
     click.echo(json.dumps(finite, indent=1, ensure_ascii=False))
 
 
-def workers_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--workers` to a verb, and its former name `--jobs` without mentioning it."""
+workers_option = click.option("--workers", type=click.IntRange(min=1), help="Number of parallel runs [default: one per core].")
 
-    @functools.wraps(command)
-    def taking(workers: int | None, jobs: int | None, **options: Any) -> Any:
-        return command(workers=workers or jobs, **options)
-
-    count = click.IntRange(min=1)
-    former = click.option("--jobs", type=count, hidden=True)
-    return click.option("--workers", type=count, help="Number of parallel runs [default: one per core].")(former(taking))
-
-
-def rate_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add `--rate-hz` to a verb, and its former name `--rate` without mentioning it."""
-
-    @functools.wraps(command)
-    def taking(rate_hz: float | None, rate: float | None, **options: Any) -> Any:
-        return command(rate_hz=rate if rate_hz is None else rate_hz, **options)
-
-    former = click.option("--rate", type=float, hidden=True)
-    return click.option("--rate-hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")(former(taking))
-
+rate_option = click.option("--rate-hz", type=float, help="Rate of the laws, Hz [default: that of the scenario].")
 
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
@@ -136,26 +117,9 @@ def run_output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return output_option(no_page(taking))
 
 
-def file_option(help_text: str, metavar: str = "PATH") -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Make an option `--file` for the one file that a verb writes, which takes it as `output`, and its former name `--output`.
-
-    Args:
-        help_text: What the file is, and the default.
-        metavar: What stands for its path in the help text.
-    """
-    path = click.Path(path_type=Path, dir_okay=False)
-
-    def add(command: Callable[..., Any]) -> Callable[..., Any]:
-        @functools.wraps(command)
-        def taking(file: Path | None, output: Path | None, **options: Any) -> Any:
-            if output is not None:
-                print_warning("--output names a folder in all other verbs: use --file for the path of a file")
-            return command(output=file or output, **options)
-
-        former = click.option("--output", type=path, hidden=True)
-        return click.option("--file", type=path, metavar=metavar, help=help_text)(former(taking))
-
-    return add
+def file_option(help_text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Make an option `--file` for the one file that a verb writes, which takes it as `output`."""
+    return click.option("--file", "output", type=click.Path(path_type=Path, dir_okay=False), metavar="PATH", help=help_text)
 
 
 def refuse_without(needed: str, *names: str) -> None:
@@ -240,7 +204,6 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
     """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
 
     Args:
-        changes: The texts.
         option: The command-line option they belong to, for error messages.
 
     Returns:

@@ -83,7 +83,6 @@ def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spac
         base: The scenario of the first vessel.
         output: Where the run folder is created, and whether with a page.
         namespace: What their namespaces begin with; empty for the default.
-        count: Number of vessels.
         spacing: Distance in y between two neighbours, m.
 
     Raises:

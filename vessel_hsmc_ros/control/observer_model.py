@@ -49,7 +49,7 @@ def tuning(default: float, description: str, unit: str) -> float:
     return parameter(default, description, unit=unit, low=1e-9, high=1e6)
 
 
-def walk(what: str, unit: str, former: str = "") -> float:
+def walk(what: str, unit: str) -> float:
     """Declare the process noise of a state; -1, the default, derives it from the ship's inertia and limits."""
     return parameter(
         -1.0,
@@ -57,7 +57,6 @@ def walk(what: str, unit: str, former: str = "") -> float:
         unit=unit,
         low=-1.0,
         high=1e6,
-        former=former,
     )
 
 
@@ -104,7 +103,7 @@ class ObserverParameters:
     yaw_rate_walk: float = walk("the yaw rate", "rad/s")
     force_walk: float = walk("the body-fixed disturbance", "m/s²")
     moment_walk: float = walk("the yaw disturbance", "rad/s²")
-    current_walk: float = walk("the current, which stands for wind and wave drift too", "m/s", former="weather_walk")
+    current_walk: float = walk("the current, which stands for wind and wave drift too", "m/s")
     wave_period: float = parameter(
         0.0, "Peak period of the waves to filter out; 0 for no wave filter.", unit="s", low=0.0, high=60.0
     )

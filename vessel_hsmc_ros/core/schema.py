@@ -9,7 +9,6 @@ import dataclasses
 import difflib
 import functools
 import math
-import warnings
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
@@ -36,7 +35,6 @@ class Entry:
     symbol: str
     tunable: bool
     remedy: str
-    former: str | Mapping[str, str]
 
     @property
     def allowed(self) -> str:
@@ -69,10 +67,6 @@ def check(entry: Entry, value: object, owner: str) -> Value:
         converted = _convert(entry.type, value)
     except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"{owner}.{entry.name} = {_brief(value)} is not allowed: it takes {entry.allowed}") from None
-    if isinstance(entry.former, Mapping) and converted in entry.former:
-        present = entry.former[cast("str", converted)]
-        _warn_of_former(f"{owner}.{entry.name} = {converted}", present)
-        return present
     numbers = converted if isinstance(converted, tuple) else (converted,)
     outside = any(_outside(entry, number) for number in numbers)
     wrong_length = entry.length is not None and len(numbers) != entry.length
@@ -134,11 +128,9 @@ __all__ = [
     "check",
     "entries",
     "flatten",
-    "former_names",
     "group",
     "meant",
     "parameter",
-    "renamed",
     "shown",
     "suggestion",
     "symbols",
@@ -150,7 +142,7 @@ LONGEST_NAME = 100
 """Characters of an unknown name that are compared with known ones: the time of a comparison grows with their square."""
 
 
-def parameter(  # noqa: PLR0913 - a declaration has as many properties
+def parameter(
     default: T,
     description: str,
     *,
@@ -162,7 +154,6 @@ def parameter(  # noqa: PLR0913 - a declaration has as many properties
     symbol: str = "",
     tunable: bool = False,
     remedy: str = "",
-    former: str | Mapping[str, str] = "",
 ) -> T:
     """Declare one parameter as a dataclass field.
 
@@ -176,7 +167,6 @@ def parameter(  # noqa: PLR0913 - a declaration has as many properties
         symbol: The symbol of this parameter in the equations.
         tunable: Whether it may be changed while the node runs.
         remedy: What to do about a value that is not allowed, at the end of the error message.
-        former: The name that it had in the previous release, or former choices with the present ones: read with a warning.
 
     Returns:
         A dataclass field; declared as the type of the default, so that type checkers accept it as the field's default.
@@ -191,7 +181,6 @@ def parameter(  # noqa: PLR0913 - a declaration has as many properties
         "symbol": symbol,
         "tunable": tunable,
         "remedy": remedy,
-        "former": former,
     }
     declared: T = dataclasses.field(default=default, metadata=info)
     return declared
@@ -235,43 +224,6 @@ def _entries(cls: type, prefix: str) -> dict[str, Entry]:
     return found
 
 
-@functools.cache
-def former_names(cls: type) -> dict[str, str]:
-    """The present names of parameters by their former ones, both dotted."""
-    known = _entries(cls, "").items()
-    return {
-        f"{name.removesuffix(name.split('.')[-1])}{e.former}": name for name, e in known if e.former and isinstance(e.former, str)
-    }
-
-
-def renamed(values: Mapping[str, T], names: Mapping[str, str], owner: str = "") -> dict[str, T]:
-    """Values by the present names of their parameters, with a `FutureWarning` for each that has its former name.
-
-    Args:
-        values: Values by dotted names.
-        names: Present names by former ones.
-        owner: Name of the node or group, for messages.
-
-    Raises:
-        ParameterError: a parameter is given by both names.
-    """
-    found: dict[str, T] = {}
-    for name, value in values.items():
-        present = names.get(name, name)
-        if present != name:
-            prefix = f"{owner}." if owner else ""
-            if present in values:
-                raise ParameterError(f"{prefix}{name} is the former name of {present}, which is given too: one of them is enough")
-            _warn_of_former(prefix + name, present.rpartition(".")[2])
-        found[present] = value
-    return found
-
-
-def _warn_of_former(what: str, present: str) -> None:
-    text = f"{what} is now called {present}; the next release will not read the former name"
-    warnings.warn(text, FutureWarning, stacklevel=2)
-
-
 def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
     """Check values by their dotted names and make an instance from them.
 
@@ -294,7 +246,6 @@ def changed(instance: T, values: Mapping[str, object], owner: str) -> T:
 def _checked(cls: type, values: Mapping[str, object], owner: str) -> dict[str, Value]:
     """The values in their declared types."""
     known = _entries(cls, "")
-    values = renamed(values, former_names(cls), owner)
     # All values are checked before an instance is made, so that a rejected change leaves no partial result; before the unknown
     # names, because a choice that is not allowed may be the reason why names are unknown.
     checked = {name: check(known[name], value, owner) for name, value in values.items() if name in known}

@@ -137,7 +137,6 @@ def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
     """Check that a fault has the settings of its kind and no others.
 
     Args:
-        fault: The fault.
         given: The settings that the script gives.
         owner: Its name, for error messages.
 
@@ -161,9 +160,7 @@ def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], 
     """Check that the run has the topic or the node of a fault.
 
     Args:
-        fault: The fault.
         topics: The topics that pass through the relay.
-        nodes: The nodes of the run.
         owner: Its name, for error messages.
 
     Raises:

@@ -21,9 +21,7 @@ def draw(seed: int, fault: int, topic: str, number: int, purpose: str) -> float:
     """A number uniform in [0, 1).
 
     Args:
-        seed: Of the script.
         fault: Index of the fault in the script.
-        topic: The topic of the message.
         number: Sequence number of the message on its topic.
         purpose: What the number decides.
     """
@@ -62,10 +60,6 @@ class Delivery(NamedTuple):
 class TopicSchedule:
     """The faults of one topic, applied in the order of the script.
 
-    Args:
-        script: The faults of the run.
-        topic: The topic.
-
     Attributes:
         number: Sequence number of the latest message, from 0; -1 before the first.
     """
@@ -82,7 +76,6 @@ class TopicSchedule:
         """Take the next message of the topic and return what is delivered now, in this order.
 
         Args:
-            message: The message.
             stamp: Its stamp, ns.
             elapsed: The present time since the start of the run, ns, by which faults begin and end.
         """

@@ -84,8 +84,6 @@ def identify(
     """Estimate hull parameters from recorded runs.
 
     Args:
-        runs: At least one run.
-        model: What is estimated.
         start: Values of the parameters that are not estimated; None for zero.
         window: Length of the windows of output-error refinement and of prediction, s.
         progress: Called as the work goes on.

@@ -52,11 +52,7 @@ class Step(NamedTuple):
 
 
 def excitation(scale: Scale) -> list[Step]:
-    """The manoeuvres for a ship, one after the other; the last one is a stop.
-
-    Args:
-        scale: The units of the ship.
-    """
+    """The manoeuvres for a ship, one after the other; the last one is a stop."""
     tau_u = max(scale.m11 * scale.U / scale.F, SHORTEST)
     tau_r = max(scale.T, 2.0 * scale.L / scale.U, SHORTEST)
     steps = [Step("speed steps", share, 0.0, 2.5 * tau_u) for share in SPEEDS]
@@ -95,7 +91,6 @@ def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Seque
         name, about: Name of the scenario, and of which ship, for the headline.
         vessel: The section `vessel` of the file, indented.
         scale: The units of the ship.
-        steps: The manoeuvres.
 
     Returns:
         A commented ROS parameters file.

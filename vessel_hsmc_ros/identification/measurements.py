@@ -92,7 +92,6 @@ def few_reversals(runs: Sequence[Measurements], names: Collection[str]) -> list[
 
     Args:
         runs: What was measured.
-        names: Of the estimated parameters.
     """
     found = []
     for name, (column, force, needed, remedy) in EXCITED_BY.items():

@@ -59,9 +59,7 @@ def render(name: str, runs: Sequence[Measurements], found: Identified, held_out:
     """The page, with everything in it.
 
     Args:
-        name: Name of the vessel.
         runs: The runs that the identification has used.
-        found: The identification.
         held_out: Runs that it has not used.
     """
     sections = [
@@ -150,11 +148,7 @@ MAX_POINTS = 4000
 
 
 def prediction_picture(prediction: Prediction) -> bytes:
-    """Track and velocities, measured and simulated window by window, as PNG.
-
-    Args:
-        prediction: Of one run.
-    """
+    """Track and velocities, measured and simulated window by window, as PNG."""
     keep = slice(None, None, max(len(prediction.time) // MAX_POINTS, 1))
     time, measured, simulated = (values[keep] for values in (prediction.time, prediction.measured, prediction.simulated))
     broken = _broken(time, simulated, prediction.starts)
@@ -192,7 +186,6 @@ def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
 
     Args:
         times: Time of each run, (n,), s.
-        found: The identification.
     """
 
     def draw(picture: Any) -> None:
@@ -213,11 +206,7 @@ def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
 
 
 def correlation_picture(found: Identified) -> bytes:
-    """The correlations of the estimates as PNG.
-
-    Args:
-        found: The identification.
-    """
+    """The correlations of the estimates as PNG."""
     names = list(found.standard_errors)
 
     def draw(picture: Any) -> None:
@@ -255,8 +244,6 @@ def vessel_text(
     """Write a vessel file in the format of the library.
 
     Args:
-        name: Name of the vessel.
-        found: The identification.
         runs: The runs that it has used.
         known: What is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
         errors: Root mean square prediction errors on held-out runs, with their units; empty without.

@@ -50,7 +50,6 @@ def regressors(name: str, velocity: Array, acceleration: Array) -> Array:
     """The wrench that the unit value of a hull parameter takes from the ship, (n, 3).
 
     Args:
-        name: Of the parameter.
         velocity: u, v, r, (n, 3).
         acceleration: du, dv, dr, (n, 3).
     """
@@ -112,7 +111,6 @@ def through_water(runs: Sequence[tuple[Measurements, Smoothed]], currents: Array
     """The runs with their velocities through the water: nu - R(psi)ᵀ·current, in whose frame the current turns at -r.
 
     Args:
-        runs: The runs.
         currents: Of each run along x and y, (runs, 2).
     """
     found = []
@@ -154,7 +152,6 @@ def averaged(values: Array, run: Measurements, smoothed: Smoothed) -> Array:
 
     Args:
         values: One for each sample, (n, ...).
-        run, smoothed: The run.
     """
     samples = round(AVERAGED * smoothed.bandwidth / float(np.median(np.diff(run.time))))
     samples = min(samples, len(values) // 4)
@@ -211,7 +208,6 @@ def covariance(cut: Windows, residuals: Array, jacobian: Array) -> Array:
     """Covariance of the errors of the estimates, (p, p).
 
     Args:
-        cut: The windows.
         residuals: Weighted residuals, (w, k + 1, 6), as `Shooting.residuals` gives them.
         jacobian: Their derivatives without what initial states explain, (w, k + 1, 6, p).
     """
@@ -269,7 +265,6 @@ def indistinguishable(names: Sequence[str], jacobian: Array, scale: Array) -> di
     """Names of parameters without an effect of their own on the motion, with the reason.
 
     Args:
-        names: Of the parameters.
         jacobian: Derivatives of the residuals by them, (n + w, 6, p).
         scale: A change of each that matters, (p,).
     """
@@ -295,7 +290,6 @@ def least_known(names: Sequence[str], vector: Array, matrix: Array, needed: Coll
     """Name of the parameter whose standard error exceeds its value by most, and that as the reason; empty texts for none.
 
     Args:
-        names: Of the parameters.
         vector: Their estimates, (p,).
         matrix: Covariance of their errors, (p, p).
         needed: Names of those that do not count.

@@ -96,7 +96,6 @@ def _fitted(kind: str, predicted: Callable[[float, float], Prediction], probe: f
     """The load of one kind that predicts best.
 
     Args:
-        kind: Of the load.
         predicted: The prediction by the components of the load.
         probe: Load of the finite differences.
         plain: The prediction without a load.

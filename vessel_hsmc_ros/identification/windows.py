@@ -68,7 +68,6 @@ def windows(runs: Sequence[Measurements], length: float, exact: bool = False) ->
     """Cut runs into windows of about one length.
 
     Args:
-        runs: The runs.
         length: Of a window, s.
         exact: Exactly this length, without what is left at the end of a run, instead of equal parts.
     """
@@ -130,7 +129,6 @@ def simulated(
     """The motion in all windows, (w, k, 6).
 
     Args:
-        cut: The windows.
         starts: State at the first sample of each, (w, 6).
         vessel: Coefficients of the ship.
         gains: Factors on surge force, sway force and yaw moment, (3,).
@@ -187,7 +185,6 @@ def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tup
     """The wrench on the hull: the recorded one times its gains, and the steady forces in the body frame.
 
     Args:
-        psi: Heading.
         wrench: (3,).
         gains, offsets: As in `simulated`.
     """

@@ -92,7 +92,6 @@ class KnownVessel(NamedVessel):
         "The point that a law steers along a moving reference: the centre of percussion, where the yaw moment does not enter the"
         " sway; the origin; or, by default, the one of them that is further ahead.",
         choices=("ahead", "percussion", "origin"),
-        former={"pivot": "percussion"},
     )
     surge_lag: float = delay("Time constant of the first-order lag of the surge force")
     yaw_lag: float = delay("Time constant of the first-order lag of the yaw moment")
@@ -107,14 +106,12 @@ class KnownVessel(NamedVessel):
         unit="1/s",
         low=NOT_DECLARED,
         high=1e3,
-        former="drift_decay",
     )
     coriolis_ratio: float = parameter(
         NOT_DECLARED,
         "Sway acceleration of such a hull per surge velocity times yaw rate. Negative: surge_inertia/sway_inertia, at most 1.",
         low=NOT_DECLARED,
         high=10.0,
-        former="drift_ratio",
     )
 
     @property

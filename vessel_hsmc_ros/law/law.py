@@ -15,11 +15,9 @@ from vessel_hsmc_ros.law.terms import Terms
 Parameters = TypeVar("Parameters")
 
 
-def gain(
-    default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3, former: str = ""
-) -> float:
+def gain(default: float, description: str, unit: str, symbol: str, low: float = 0.0, high: float = 1e3) -> float:
     """Declare a gain that may be changed while the law runs; the arguments are those of `parameter`."""
-    return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True, former=former)
+    return parameter(default, description, unit=unit, low=low, high=high, symbol=symbol, tunable=True)
 
 
 class Law(ABC, Generic[Parameters]):

@@ -57,7 +57,6 @@ def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
     if law not in LAWS:
         raise ParameterError(f"controller.law = {law} is not allowed: it takes one of {', '.join(LAWS)}")
     # In a scenario the vessel's parameters are a group of the controller, shared by all laws; here one namespace holds both.
-    parameters = schema.renamed(parameters, schema.former_names(KnownVessel), "controller.vessel")
     shared = {field.name for field in dataclasses.fields(KnownVessel)}
     vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in shared}, "controller.vessel")
     if vessel.controlled:

@@ -49,9 +49,7 @@ class LosPidParameters:
     guidance: str = parameter("ilos", "Line-of-sight guidance: with an integral, or adaptive (ALOS).", choices=("ilos", "alos"))
     lookahead_time: float = gain(4.0, "Lookahead distance divided by the reference's speed.", "s", "T_D")
     lookahead_distance: float = gain(9.5, "Smallest lookahead distance.", "m", "D_min", low=1e-3)
-    integral_gain: float = gain(
-        1.2, "Integral gain of the line-of-sight guidance, which compensates the drift angle.", "", "k_s", former="drift_gain"
-    )
+    integral_gain: float = gain(1.2, "Integral gain of the line-of-sight guidance, which compensates the drift angle.", "", "k_s")
     adaptation_gain: float = gain(0.002, "Rate of the drift angle per cross-track error; ALOS only.", "1/(m·s)", "gamma")
     along_gain: float = gain(0.9, "Gain from the along-track error to the commanded speed.", "1/s", "k_x")
     catch_up_speed: float = gain(4.0, "Largest difference between commanded and reference speed.", "m/s", "v_e")
@@ -64,9 +62,7 @@ class LosPidParameters:
     capture_radius: float = gain(
         0.1, "Distance in station keeping within which the ship takes the reference's heading.", "m", "R"
     )
-    station_keeping_speed: float = gain(
-        0.05, "Speed of the reference below which the ship keeps station.", "m/s", "U_0", former="resting_speed"
-    )
+    station_keeping_speed: float = gain(0.05, "Speed of the reference below which the ship keeps station.", "m/s", "U_0")
     stretch: float = parameter(
         0.0,
         "Factor by which the times of all gains are longer, for slow actuators; 1: the gains as they are; 0: the gains are those"

@@ -57,7 +57,6 @@ def track_of(run: Run, scenario: Scenario) -> Track:
 
     Args:
         run: The run, whose plant and law have the same rate.
-        scenario: Its scenario.
     """
     settings = scenario.controller.manoeuvre
     begin = round(settings.approach_time * scenario.controller.rate_hz)

@@ -98,8 +98,6 @@ def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starbo
     """The scenario of a manoeuvre.
 
     Args:
-        ship: The ship.
-        name: Of the manoeuvre, one of PLANS.
         stretch: Factor of the estimated durations.
         side: Side of the first turn.
     """
@@ -201,8 +199,6 @@ def perform(ship: Ship, name: str, side: str = "starboard") -> Manoeuvre:
     """Simulate a manoeuvre until it is complete, at most for the last of STRETCHES times the estimated duration.
 
     Args:
-        ship: The ship.
-        name: Of the manoeuvre, one of PLANS.
         side: Side of the first turn.
     """
     for stretch in STRETCHES[:-1]:

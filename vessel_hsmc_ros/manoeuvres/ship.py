@@ -103,7 +103,6 @@ def in_still_water(name: str, ship: Mapping[str, object]) -> Scenario:
     """A scenario with a ship at rest in still water, which follows no reference.
 
     Args:
-        name: Of the scenario.
         ship: The parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes.
 
     Raises:

@@ -141,9 +141,7 @@ class VesselNode(Node):
         discovers it, so that a publisher that waits for its subscribers loses no message to one that is half connected.
 
         Args:
-            kind: Message class.
             topic: Name relative to the node's namespace.
-            callback: Called with each message.
             profile: Quality of service.
             raw: Whether the callback takes serialised messages.
         """
@@ -299,7 +297,6 @@ def refuse_failed_requests(node: Node, services: Iterable[Service]) -> None:
     requested that would end the node.
 
     Args:
-        node: Owner of the services.
         services: Those of rclpy.
     """
     for service in services:

@@ -50,7 +50,6 @@ class BlackBox:
     """Keeps the last messages of a node, and writes them as a bag on request.
 
     Args:
-        node: Whose messages they are.
         parameters: Time span and folder.
         stamp: Returns the time of a message that is kept now, ns.
     """
@@ -74,7 +73,6 @@ class BlackBox:
 
         Args:
             topic: Full name of its topic.
-            message: The message.
             data: Its serialized form, where that is known.
         """
         number = self._numbers.get(topic)

@@ -31,7 +31,6 @@ class CommandInput:
 
     Args:
         node: The node that carries out the commands; its `stamp` is the present time in lockstep.
-        topic: Topic of the commands.
         timeout: Age from which on a command does not count, s.
     """
 

@@ -48,7 +48,6 @@ class LiveConnection:
     """Observes a connection for a while.
 
     Args:
-        remote: The connection with the nodes.
         stack: The interface of the stack, if one is given: it stands for nodes that do not run.
     """
 

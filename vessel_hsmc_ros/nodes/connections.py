@@ -97,7 +97,6 @@ class Connections:
         """Describe the subscriber that a publisher still waits for; empty when all subscribers of the graph are connected.
 
         Args:
-            publisher: Of this node.
             partners: Full names of topics, of which the node of one of the subscribers must publish one; none if any will do.
         """
         if not (partners or self._recorded):
@@ -208,7 +207,7 @@ class Publishers:
     def _own(self) -> int:
         """The number of publishers of this process, of whose life DDS sends it no sign."""
         infos = self._node.get_publishers_info_by_topic(self._topic)
-        return sum(_participant(info) in self._participants for info in infos)
+        return sum(bytes(info.endpoint_gid)[:PREFIX] in self._participants for info in infos)
 
     def _readers(self) -> set[bytes]:
         return {bytes(info.endpoint_gid) for info in self._node.get_subscriptions_info_by_topic(self._topic)}
@@ -237,7 +236,3 @@ class Publishers:
 
     def _on_liveliness(self, status: Any) -> None:
         self._alive, self._changed = status.alive_count, time.monotonic()
-
-
-def _participant(info: Any) -> bytes:
-    return bytes(info.endpoint_gid)[:PREFIX]

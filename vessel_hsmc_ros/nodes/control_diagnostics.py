@@ -27,7 +27,6 @@ class ControlDiagnostics:
     """Collects what the diagnostic tasks need, once a control period, and states them on request.
 
     Args:
-        loop: The loop of the law.
         lockstep: Whether the plant sets the pace, so that there is no control period to keep.
     """
 

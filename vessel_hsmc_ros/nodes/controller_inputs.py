@@ -55,7 +55,6 @@ def read_odometry(message: Odometry, twist_frame: str = "child") -> Measured:
     """The motion in an odometry message, and what its checks take.
 
     Args:
-        message: As published.
         twist_frame: Frame of its velocities: child, or parent.
     """
     motion, header, covariance = conversions.read_odometry(message), message.header, message.pose.covariance
@@ -75,10 +74,6 @@ def read_reference(message: ReferenceState) -> Desired:
 
 class ControllerInputs:
     """The latest odometry and reference that count.
-
-    Args:
-        node: The controller.
-        loop: Its control loop.
 
     Attributes:
         monitor: What checks and reports the inputs.
@@ -118,7 +113,6 @@ class ControllerInputs:
         """Take odometry if it counts and its motion is that of a ship; returns whether it counts.
 
         Args:
-            measured: The message.
             now: ROS time, ns.
             received: Time of its receipt, ns.
         """
@@ -200,9 +194,7 @@ def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile:
     """Subscribe to the measured motion in the form of the parameter `odometry.form`.
 
     Args:
-        node: The controller.
         take: Called with each measurement.
-        profile: Of the subscriptions.
 
     Returns:
         What joins two topics; None with odometry, which is whole.
@@ -221,7 +213,6 @@ class PoseAndTwist:
     """Joins a pose and a twist: those of one stamp, where the publisher stamps them alike, else each pose and the last twist.
 
     Args:
-        node: The controller.
         take: Called with each measurement.
     """
 

@@ -25,7 +25,6 @@ class StepClock:
     The plant waits for the command of a step, so the last tick of /clock is of that step or of the one before.
 
     Args:
-        node: The node that receives the odometry.
         on_tick: Called at each tick of /clock, which is only read once odometry has been late.
     """
 
@@ -97,9 +96,6 @@ class Lockstep(Timing):
     """Runs the law on odometry and reference of one stamp; an input that is refused ends the run.
 
     The law runs at the start of each control period, and its wrench is held (zero-order hold) for the odometry in between.
-
-    Args:
-        node: The controller.
     """
 
     def __init__(self, node: TimedNode) -> None:
@@ -169,9 +165,6 @@ class RideThrough(Timing):
     """Lockstep in which an input that is refused or missing is bridged as in real time, by the age of its stamp.
 
     The step is that of /clock. A message without a frame announces that there is nothing of the step of its stamp.
-
-    Args:
-        node: The controller.
     """
 
     def __init__(self, node: TimedNode) -> None:

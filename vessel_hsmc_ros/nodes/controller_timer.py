@@ -31,11 +31,7 @@ STANDING = "/clock stands still: nothing is computed or commanded until it goes 
 
 
 class RealTime(Timing):
-    """Runs the law half a period after the odometry, with the reference extrapolated to the stamp of the odometry.
-
-    Args:
-        node: The controller.
-    """
+    """Runs the law half a period after the odometry, with the reference extrapolated to the stamp of the odometry."""
 
     def __init__(self, node: TimedNode) -> None:
         super().__init__(node)

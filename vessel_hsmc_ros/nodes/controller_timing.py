@@ -63,11 +63,7 @@ class TimedNode(ManagedNode):
 
 
 class Timing(ABC):
-    """When the law runs, and on which inputs.
-
-    Args:
-        node: The controller.
-    """
+    """When the law runs, and on which inputs."""
 
     def __init__(self, node: TimedNode) -> None:
         self._node = node

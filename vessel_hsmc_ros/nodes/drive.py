@@ -33,7 +33,6 @@ class ThrustInput:
 
     Args:
         node: The node that carries them out.
-        names: Of the thrusters.
         timeout: Age from which on a thrust does not count, s.
     """
 

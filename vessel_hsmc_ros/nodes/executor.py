@@ -34,7 +34,6 @@ class DirectExecutor(SingleThreadedExecutor):
         subscriptions: Those served directly. The list may grow while the executor runs.
         poll_period: Poll the subscriptions with this period, s, so that many messages cost one wake-up; 0 waits for messages
             instead.
-        context: The context of the nodes.
         service_period: Time after which everything else is served again, s.
     """
 
@@ -129,9 +128,6 @@ class PromptExecutor(DirectExecutor):
     rclpy's SingleThreadedExecutor gathers all entities of a node anew for every wait, the event handlers of each publisher and
     subscription included, and runs each callback as a coroutine: half a millisecond, several times what the callback takes. This
     one gathers them when they have changed.
-
-    Args:
-        context: The context of the nodes.
     """
 
     def __init__(self, context: Context | None = None) -> None:

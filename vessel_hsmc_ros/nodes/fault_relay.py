@@ -40,7 +40,6 @@ class RelayedTopic:
     """A topic that passes through the relay.
 
     Args:
-        script: The faults of the run.
         topic: Its name, without the namespace.
 
     Attributes:

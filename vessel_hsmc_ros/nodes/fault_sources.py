@@ -51,9 +51,7 @@ class SecondPublisher:
     publisher of the original topic on which it is silent.
 
     Args:
-        relay: The relay node.
         fault: Of kind second_publisher or mismatched_qos.
-        name: Name of its node.
     """
 
     def __init__(self, relay: Node, fault: Fault, name: str) -> None:
@@ -103,8 +101,6 @@ class SteppedClock:
     """The clock of a node, on `relayed/clock/<node>`: the system's, and off by the offset of its faults while they are active.
 
     Args:
-        relay: The relay node.
-        node: The node whose clock it is.
         faults: Of kind clock_step.
     """
 
@@ -139,7 +135,6 @@ def make_sources(relay: Node, script: FaultScript, by_thrusters: bool) -> list[S
 
     Args:
         relay: The relay node, which publishes in their place.
-        script: The faults of the run.
         by_thrusters: Whether thrusters drive the ship.
     """
     second = [fault for fault in script.faults if fault.kind in ("second_publisher", "mismatched_qos")]

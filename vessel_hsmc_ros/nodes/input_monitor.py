@@ -71,8 +71,6 @@ class InputMonitor:
         """Take a sample, or report and count why it is refused.
 
         Args:
-            name: The input.
-            sample: The message.
             now: ROS time, ns.
             received: Time of its receipt, ns.
             wrong: Which of its numbers are not finite, and what is allowed.
@@ -119,7 +117,6 @@ class InputMonitor:
         """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error.
 
         Args:
-            name: The input.
             reason: Why it does not count.
             now: ROS time, ns.
             consequence: What is commanded without it.

@@ -16,7 +16,6 @@ class KeptLogger(rcutils_logger.RcutilsLogger):  # type: ignore[misc]
     """A logger whose lines are kept.
 
     Args:
-        name: Its name.
         keep: Called with severity, name and text of each line that is not filtered out.
     """
 

@@ -32,7 +32,6 @@ class Link:
 
     Args:
         address, baud: As pymavlink has them.
-        system: Own system.
         target: System of the autopilot; 0: the first one whose heartbeat is heard.
 
     Raises:
@@ -142,8 +141,6 @@ class Commands:
     yaw rate, rad/s.
 
     Args:
-        node: The MAVLink node.
-        link: Its connection.
         sticks: Takes what is sent for channels of the radio.
         refuse: Takes what is wrong with a command.
     """

@@ -3,7 +3,6 @@
 import difflib
 import math
 import re
-import warnings
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -30,7 +29,6 @@ def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
     """The parameters that a node is given, and those among them that are rclpy's own set to them.
 
     Args:
-        node: The node.
         command_line: That of its process; empty if the code that creates the node gives it all.
 
     Raises:
@@ -58,21 +56,17 @@ def declare(node: Any, cls: type) -> Any:
     # rclpy silently ignores overrides of parameters that are not declared; here a misspelt name is an error.
     given = {name: rule for name, rule in node.given.items() if not node.has_parameter(name) and not name.startswith(OVERRIDES)}
     entries = schema.entries(cls)
-    others = _of_other_nodes(given, [*entries, *schema.former_names(cls)])
+    others = _of_other_nodes(given, entries)
     if others:
         places = " and ".join(dict.fromkeys(given[name].place for name in others))
         node.get_logger().warning(f"{', '.join(others)} in {places}: not of this node, taken to be for others")
     values = {name: rule.value for name, rule in given.items() if name not in others}
     # A parameters file may describe the ship once for all nodes, in a section that each of them receives as a whole.
-    with warnings.catch_warnings(record=True) as former:
-        warnings.simplefilter("always", FutureWarning)
-        try:
-            own = without_foreign_hull_data(in_long_form(values), entries)
-            instance: Any = schema.build(cls, with_vessel(own, entries), node.NAME)
-        except ParameterError as error:
-            raise ParameterError(f"{error}{_source_of(str(error), given)}") from None
-    for warning in former:
-        node.get_logger().warning(in_ros_names(str(warning.message), node.NAME))
+    try:
+        own = without_foreign_hull_data(in_long_form(values), entries)
+        instance: Any = schema.build(cls, with_vessel(own, entries), node.NAME)
+    except ParameterError as error:
+        raise ParameterError(f"{error}{_source_of(str(error), given)}") from None
     _declare(node, entries, schema.flatten(instance))
     if hasattr(instance, "vessel") and (remaining := inherited(instance.vessel)):
         node.get_logger().warning(f"only a part of the hull is given: {remaining}")

@@ -21,7 +21,6 @@ class ObservedVessel:
     is subscribed to after the odometry, so that the plant, whose ticks come, then knows the reader of its odometry too.
 
     Args:
-        node: The node of the reference.
         reference: The reference, a `FollowingReference`.
 
     Attributes:

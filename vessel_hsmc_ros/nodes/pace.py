@@ -17,7 +17,6 @@ class Pace:
     repeated, and the node goes on as after a pause.
 
     Args:
-        node: The node, whose clock it is.
         grid: The instants of the periods since the start.
 
     Attributes:

@@ -25,7 +25,6 @@ from rclpy.utilities import remove_ros_args
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
-from vessel_hsmc_ros.core.spelling import spelled
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.node_parameters import in_ros_names
 from vessel_hsmc_ros.nodes.ros_environment import start_error
@@ -58,7 +57,6 @@ def run_node(
     signal. For the same reason rclpy must leave the handlers alone: it would restore the default ones for an instant.
 
     Args:
-        node_class: The class of the node.
         arguments: Command-line arguments; those of the process if None.
         take_options: Takes the node's own options from the arguments that are not of ROS, and returns the others.
 
@@ -102,7 +100,7 @@ def _answer(
         get_logger(node_class.NAME).fatal(str(error))
         return CANNOT_START
     if unknown in ("-h", "--help"):
-        sys.stdout.write(spelled(help_text(node_class), sys.stdout.encoding))
+        sys.stdout.buffer.write(help_text(node_class).encode(sys.stdout.encoding, "replace"))
         return 0
     if unknown:
         remedy = "parameters are given by --ros-args -p NAME:=VALUE, and --help lists them"

@@ -102,7 +102,6 @@ def offered(lockstep: bool, rate_hz: float) -> QoSProfile:
 
     Args:
         lockstep: Whether the node runs in lockstep, where nothing happens at a rate.
-        rate_hz: Rate of the messages.
     """
     if lockstep:
         return LOSSLESS

@@ -29,7 +29,6 @@ class TopicChoice:
 
     Args:
         names: Full names of topics.
-        everything: Select every topic.
         regex: Select topics whose full name matches it; empty for none.
         exclude: Regular expression of topics that `everything` and `regex` do not select; empty for none.
 

@@ -146,7 +146,6 @@ class Remote:
         """Publish one message for a node.
 
         Args:
-            message: The message.
             topic: Relative to the vessel's namespace.
             reader: The node that has to receive it and confirms it by an event.
             patience: Further wait for the event if the node does not report a problem, s.
@@ -337,7 +336,6 @@ def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
 
     Args:
         remote: The connection with the vessel.
-        x, y: The position.
         heading: None for the bearing of the goal from where the reference is now.
 
     Raises:

@@ -2,7 +2,7 @@
 
 import itertools
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +12,7 @@ from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool
 
-from vessel_hsmc_ros.bags.reader import Bag, RawMessage
+from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
@@ -77,7 +77,7 @@ class ReplayNode(Node):
     def _play_once(self, executor: SingleThreadedExecutor, running: Callable[[], bool]) -> None:
         """Publish each message at its log time, after the tick of /clock that precedes it."""
         tick = None
-        for message in self._messages():
+        for message in self._bag.ordered_messages(*self._outputs):
             if tick is None:
                 tick = message.log_time
                 self._start_from(tick)
@@ -91,9 +91,6 @@ class ReplayNode(Node):
             self._outputs[message.topic].publish(message.data)
             self.published += 1
             self.position = seconds(message.log_time - self._bag.start_time)
-
-    def _messages(self) -> Iterator[RawMessage]:
-        return self._bag.ordered_messages(*self._outputs)
 
     def _start_from(self, log_time: int) -> None:
         """Map a log time, ns, to the present wall time."""

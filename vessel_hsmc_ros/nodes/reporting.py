@@ -63,7 +63,6 @@ class Reporter:
     """Publishes the diagnostics and the events of a node, and offers the services that cause events.
 
     Args:
-        node: Whose diagnostics and events they are.
         stamp: Returns the time of a report, ns.
         parameters: The dataclass of its parameters. A node without parameters that may change while it runs, such as an observer
             of a run, has no events.
@@ -85,7 +84,6 @@ class Reporter:
         """Publish a status for each task, the first of them that of the node as a whole.
 
         Args:
-            tasks: Those of the node.
             only_changes: Publish only if the level of one of them has changed since the last call.
         """
         levels = [task.level for task in tasks]
@@ -212,7 +210,6 @@ def ages(name: str, seconds: Mapping[str, float | None], limit: float) -> Diagno
     """The ages of the messages on which a node depends.
 
     Args:
-        name: Name of the task.
         seconds: Age of the latest message by its name, s; None where none has been received.
         limit: Age above which a message no longer counts, s; infinite in lockstep.
     """
@@ -226,11 +223,9 @@ def counted(name: str, count: int, recent: int, of: float, what: str) -> Diagnos
     """Events that should not occur: a warning from TOLERATED a minute on, an error where they are one of twenty.
 
     Args:
-        name: Name of the task.
         count: Their number since the start.
         recent: Their number in the last minute.
         of: How many could have occurred in it.
-        what: What they are, in the plural.
     """
     level = ERROR if recent > max(TOLERATED, 0.05 * of) else WARN if recent > TOLERATED else OK
     return DiagnosticTask(name, level, f"{recent} {what} in the last minute", {"total": count, "last_minute": recent})
@@ -251,8 +246,6 @@ def bounded(name: str, values: Mapping[str, float], limit: float) -> DiagnosticT
     """Magnitudes that should stay below a limit; NaN stands for a value that does not exist.
 
     Args:
-        name: Name of the task.
-        values: By their names.
         limit: A magnitude above it is a warning.
     """
     present = {key: abs(value) for key, value in values.items() if not math.isnan(value)}

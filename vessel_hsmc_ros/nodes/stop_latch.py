@@ -18,7 +18,6 @@ class StopLatch:
         node: Offers the services; its parameter `ramp_time` is the time between 0 and 1; 0: at once.
         output: What is zero after a stop, such as "the wrench".
         act: Sends the zero of a stop, so that it does not wait for the next period.
-        share: The share at the start.
 
     Attributes:
         text: What a stopped node reports.

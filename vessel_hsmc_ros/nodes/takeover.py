@@ -21,7 +21,6 @@ class Takeover:
     Args:
         node: Subscribes to the state of the controller, and calls its service.
         handover: Knows whether there has been a takeover.
-        end: Ends the commands.
         rest: Called while the controller is in standby.
     """
 

@@ -35,9 +35,6 @@ class PathParameters:
         0.0, "Radius of the corners; 0 for the smallest at the speed of the legs.", unit="m", low=0.0, high=1e6
     )
     time: float = parameter(0.0, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
-    radius: float = parameter(
-        0.0, "No effect: the acceptance radius of earlier releases. `corner_radius` takes its place.", unit="m", low=0.0, high=1e6
-    )
 
 
 def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoint]] | None:

@@ -108,7 +108,7 @@ def _instants(route: Route, profile: SpeedProfile) -> Array:
     finest = float(np.min(bent) if len(bent) else np.max(spans)) / STEPS
     parts = [joints[-1:]]
     for begin, span, rate, changing in zip(joints, spans, W * np.abs(kappa), slope != 0.0, strict=False):
-        parts.append(begin + span * (_even(STEPS) if changing else _graded(span, finest, rate)))
+        parts.append(begin + span * (np.arange(STEPS) / STEPS if changing else _graded(span, finest, rate)))
     return np.unique(np.concatenate(parts))
 
 
@@ -116,10 +116,6 @@ def _corners(profile: SpeedProfile) -> tuple[Array, Array]:
     """The corners of the trapezoids of acceleration."""
     spans = np.diff(profile.times)
     return profile.times[:-1] + RISE * spans, profile.times[1:] - RISE * spans
-
-
-def _even(n: int) -> Array:
-    return np.arange(n) / n
 
 
 def _graded(span: float, finest: float, rate: float) -> Array:

@@ -105,7 +105,6 @@ def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark
     """Draw the panels of a group below each other, with a common time axis.
 
     Args:
-        name: Title of the figure.
         found: Its panels, from top to bottom.
         alone: Whether there is a single run: lines are then coloured by their role, else by their run.
         marks: Events, drawn as vertical lines.
@@ -162,8 +161,6 @@ def _limits(axis: Axes, limits: Sequence[Limit], largest: float, factor: float) 
     """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines.
 
     Args:
-        axis: Where to draw.
-        limits: The limits.
         largest: Largest magnitude of the shown values, SI.
         factor: From SI to the unit of the axis.
     """

@@ -59,7 +59,6 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
     """Read the record of one vessel of an opened bag.
 
     Args:
-        bag: The bag.
         prefix: The vessel's namespace, with its slashes.
         origin: Further provenance of the run, by its keys in run.json.
 
@@ -85,7 +84,6 @@ def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
     """Read the records of all vessels of a bag, named by their namespaces.
 
     Args:
-        bag: The bag.
         origin: Further provenance of the run, by its keys in run.json.
 
     Raises:
@@ -129,7 +127,6 @@ def _with_commands(run: Run, topics: run_from_bag.Topics, start: int) -> Run:
 
     Args:
         run: The run without it.
-        topics: The topics of the vessel.
         start: Stamp at which the time of the run is zero, ns.
     """
     commands = topics.get("cmd_wrench")
@@ -161,10 +158,7 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
     """The planned legs of a run, from its scenario and from the paths that were set by messages.
 
     Args:
-        bag: The bag.
         prefix: The vessel's namespace, with its slashes.
-        scenario: That of the recording.
-        marks: Events of the run.
         start: Stamp at which the time of the run is zero, ns.
     """
     if not has_legs(scenario) or not bag.readable(f"{prefix}reference"):

@@ -27,9 +27,6 @@ MAX_LABEL_TEXTS = 2
 def distinguished(records: Sequence[Record]) -> list[Record]:
     """Label runs by what differs between them: scenario, else law, else both, else parameters, else a number.
 
-    Args:
-        records: The runs, named by their scenarios.
-
     Returns:
         The records with unique names; a single one keeps its name.
     """

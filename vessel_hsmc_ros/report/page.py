@@ -46,7 +46,6 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
     Args:
         path: The HTML file.
         records: At least one run; the others are compared with the first.
-        title: Headline.
         hull: Dimensions of the ship that is drawn; None for those of the first run's scenario.
         notes: Paragraphs below the headline.
 

@@ -56,7 +56,6 @@ def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence
 
     Args:
         template: The room and the file of its template, such as `report/page.html`.
-        title: Its headline.
         about: Lines below the headline.
         scripts: The files of its scripts, those of another room as `room/file`.
         content: What the scripts find as JSON in the element `content`; None for a page without diagrams.
@@ -83,9 +82,7 @@ def render_sections(title: str, about: Sequence[str], sections: Sequence[Section
     """Render a page of pictures and tables.
 
     Args:
-        title: Its headline.
         about: Lines below the headline.
-        sections: Its parts.
         findings: Sentences that stand before them: verdicts, warnings.
     """
     return render("report/sections.html", title, about, scripts=("theme.js", "static.js"), sections=sections, findings=findings)

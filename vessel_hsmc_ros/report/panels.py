@@ -190,7 +190,6 @@ def _control(run: Run, names: Sequence[tuple[str, str]]) -> tuple[Line, ...]:
     """Lines of terms of the law, as far as it computes them.
 
     Args:
-        run: The run.
         names: Keys of `Run.control` with their labels, at most three.
     """
     lines: list[Line] = []

@@ -47,8 +47,6 @@ def errors_of(run: Run, track: PlannedTrack | None, running: Array) -> TrackErro
     """Errors against the planned legs and turns; None without any.
 
     Args:
-        run: The run.
-        track: The plan.
         running: Times of its samples since the reference began, without pauses, (n,) s.
     """
     return None if track is None else track_errors(track, clock(track, running, run.reference), run.state[:, :2])
@@ -177,7 +175,6 @@ def measured(
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
     Args:
-        run: The run.
         scenario: Its limits and hull; None where they are not known.
         marks: Its events; the time of pauses does not count.
         until: End of the evaluated interval, s.

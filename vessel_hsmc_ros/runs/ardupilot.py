@@ -174,7 +174,6 @@ def serve(physics: Physics, address: tuple[str, int], duration: float, report: C
     """Answer the frames that come to an address until the physics has reached a time.
 
     Args:
-        physics: The ship.
         address: Host and port.
         duration: Time after which it ends, s; 0: never.
         report: Takes lines for a person.

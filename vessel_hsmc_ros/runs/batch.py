@@ -105,7 +105,6 @@ def simulate_one(
     """Simulate and evaluate one scenario.
 
     Args:
-        scenario: The scenario.
         index: Number of the run.
         keep: Whether to keep its arrays.
         every: Of the kept arrays, keep every k-th row only.

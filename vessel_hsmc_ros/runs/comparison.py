@@ -122,7 +122,6 @@ def run_task(task: Task, progress: Callable[[float], None] | None = None) -> Law
     """Simulate and evaluate one law on one row; a simulation that fails is an outcome, not an error.
 
     Args:
-        task: The row, the law and its rate.
         progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     scenario, fell_back = prepare(task)
@@ -139,8 +138,6 @@ def measure(row: Row, run: Run, scenario: Scenario, legs: float = math.inf) -> L
     """Evaluate the metrics of a run over the window of its row.
 
     Args:
-        row: The case.
-        run: The run.
         scenario: Its scenario, for the limits of the actuators and of the law.
         legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
     """

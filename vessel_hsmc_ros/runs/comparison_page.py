@@ -190,12 +190,7 @@ def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
 
 
 def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
-    """The page: tables of all cases, then each case with its picture and its table.
-
-    Args:
-        outcomes: All runs.
-        pictures: Of each case, by its name.
-    """
+    """The page: tables of all cases, then each case with its picture and its table."""
     from vessel_hsmc_ros.report.page_kit import Section, render_sections  # imports the libraries of pages
 
     rows, laws = by_row(outcomes), dict.fromkeys(outcome.law for outcome in outcomes)

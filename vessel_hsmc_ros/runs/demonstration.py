@@ -96,7 +96,6 @@ def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
     """Write a page that overlays the runs of the demonstration.
 
     Args:
-        bags: One bag for each of LAWS.
         page: The page's file; its figures go beside it.
 
     Raises:

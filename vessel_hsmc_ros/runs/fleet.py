@@ -49,7 +49,6 @@ def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bo
 
     Args:
         fleet: The scenarios of its vessels.
-        folder: The run folder.
         progress: Called with the simulated time that every vessel has reached.
         with_page: Whether to write page and figures.
 

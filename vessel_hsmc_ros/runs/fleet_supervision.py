@@ -49,7 +49,6 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Proces
     """Give every node a process; the nodes of a large fleet in lockstep share as many processes as there are cores.
 
     Args:
-        vessels: Namespaces of the vessels.
         by_thrusters: Whether thrusters drive the ships, so that their allocations take part.
         lockstep: Whether the fleet runs in lockstep.
     """
@@ -66,7 +65,6 @@ def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progres
 
     Args:
         folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
-        vessels: Namespaces of the vessels.
         progress: Called with the simulated time that every vessel has reached.
         processes: How the nodes are spread over processes.
 

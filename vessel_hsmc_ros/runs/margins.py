@@ -148,11 +148,7 @@ def _too_slow(name: str, unit: str, need: Need, limit: float, rate: float, loop:
     """In what an input is too weak or too slow for the reference.
 
     Args:
-        name: The input.
-        unit: Its unit.
-        need: What the reference needs of it.
         limit, rate: Its largest magnitude and rate of change.
-        loop: Its loop.
     """
     lines = []
     if need.size > limit:

@@ -103,7 +103,6 @@ def run_nodes(
 
     Args:
         scenario: A resolved scenario; its bag is recorded into the run folder.
-        folder: The run folder.
         namespace: Namespace of the nodes, without leading and trailing slashes.
         progress: Called with the simulated time.
         live_port: Port of the live view; None for no live view.
@@ -145,7 +144,6 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
         scenario: A resolved scenario.
         parent: Folder in which the run folder is created.
         progress: Called with the simulated time.
-        with_bag: Whether to write a bag.
         with_page: Whether to write page and figures.
 
     Returns:

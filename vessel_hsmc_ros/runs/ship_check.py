@@ -105,7 +105,6 @@ def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
 
     Args:
         scenario: The ship; its law and reference do not matter.
-        scale: Its units.
         yaw_moment: N·m.
     """
     duration = max(40.0 * scale.T, 8.0 * scale.m11 * scale.U / scale.F)

@@ -99,10 +99,6 @@ def _remapped(node: str, topics: Sequence[str]) -> list[str]:
 class ProcessFaults:
     """Carries out the faults of processes, when the relay reports that they begin and end.
 
-    Args:
-        script: The faults.
-        nodes: The processes of the run.
-
     Attributes:
         affected: The nodes that are absent because a fault demands it.
         restarted: The nodes started again, which may not have come up yet when the run ends.
@@ -188,7 +184,6 @@ def after_shutdown(status: ExitStatus, failed: NodeProcess | None, bag: Path) ->
     """How a run ended whose nodes have shut down, its bag complete.
 
     Args:
-        status: How it ended before.
         failed: A node that has failed; one may do so after the plant has ended the run.
         bag: The bag, which is repaired where the recorder was killed.
     """
@@ -230,7 +225,6 @@ def silent_after(listener: StatusListener, names: Collection[str], limit: float)
 
     Args:
         listener: Hears the diagnostics.
-        names: The nodes that should report.
         limit: The limit, s; longer than the period of diagnostics.
     """
     failed_at = time.monotonic()
@@ -295,9 +289,6 @@ def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int 
     """A context in which the nodes of the live view run; ready when it is entered; their failure does not affect the run.
 
     Args:
-        folder: The run folder.
-        namespace: Namespace of the nodes.
-        lockstep: Whether the run is one in lockstep.
         live_port: Port of the live view; None for no live view.
         interrupts: An interrupt ends the wait for the port.
     """
@@ -333,8 +324,6 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
     runs that start at the same instant exactly one gets the lock.
 
     Args:
-        namespace: The namespace.
-        lockstep: Whether the run is one in lockstep.
         domain: The ROS domain; by default that of this process.
 
     Raises:

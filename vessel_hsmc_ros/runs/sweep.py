@@ -142,7 +142,6 @@ def run_point(point: Point, progress: Callable[[float], None] | None = None) -> 
     """Simulate and evaluate one point; a run that is unstable or fails is an outcome, not an error.
 
     Args:
-        point: The run.
         progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     try:
@@ -158,7 +157,6 @@ def run_all(
     """Run all points in parallel processes.
 
     Args:
-        planned: The runs.
         jobs: Number of processes; None for one per core.
         on_result: Called with each outcome as soon as it is known.
 

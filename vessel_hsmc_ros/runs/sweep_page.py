@@ -55,7 +55,6 @@ def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metri
     Args:
         folder: An existing folder.
         axes: The swept parameters.
-        outcomes: All runs.
         metrics: The metrics of the picture and of the table in the page.
 
     Raises:

@@ -233,7 +233,6 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
 
     Args:
-        bag: A bag with a scenario.
         changes: Values by `node.parameter`.
         namespace: ROS namespace of the vessel, where the bag has several.
         output: Where to create the run folder.

@@ -1,4 +1,4 @@
-"""Text files and YAML from anywhere: read with bounds on size, depth and expansion, so that no file exhausts the memory."""
+"""Text files up to a size, and YAML with the scalars of ROS."""
 
 import errno
 import math
@@ -15,33 +15,10 @@ LARGEST_TEXT = 8 << 20
 LARGEST_TABLE = 128 << 20
 """Bytes of the largest CSV file of measurements."""
 
-DEEPEST = 32
-"""Levels of nesting in a YAML text."""
-
-MOST_NODES = 200_000
-"""Values in a YAML text, those that an alias repeats counted each time: an alias of aliases can stand for billions."""
-
-LARGEST_INTEGER = 1024
-"""Bits of an integer in a YAML text."""
-
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
 
-class _Plain(_Safe):  # type: ignore[misc] # chosen while running
-    """Reads YAML's own formats."""
-
-    def construct_yaml_int(self, node: Any) -> int:
-        """Refuse an integer beyond the range of floats; Python does not even print one of some thousand digits."""
-        number: int = super().construct_yaml_int(node)
-        if number.bit_length() > LARGEST_INTEGER:
-            raise yaml.constructor.ConstructorError(None, None, f"an integer of {number.bit_length()} bits", node.start_mark)
-        return number
-
-
-_Plain.add_constructor("tag:yaml.org,2002:int", _Plain.construct_yaml_int)
-
-
-class _Loader(_Plain):
+class _Loader(_Safe):  # type: ignore[misc] # chosen while running
     """Reads numbers as ROS does.
 
     1e5 is a number, although YAML 1.1 requires a decimal point and a sign; 1_0 and 1:30 are texts.
@@ -136,8 +113,7 @@ def read_yaml(text: str) -> Any:
     """Parse a YAML text with the number format of ROS parameters files.
 
     Raises:
-        yaml.YAMLError: the text is not YAML, too large, nested too deeply, or has a key twice or a value that its
-            tag does not allow.
+        yaml.YAMLError: the text is not YAML, or has a key twice or a value that its tag does not allow.
     """
     return _loaded(text, _Loader)
 
@@ -149,42 +125,12 @@ def read_ros_yaml(text: str) -> Any:
 
 def read_plain_yaml(text: str) -> Any:
     """Parse a YAML text with YAML's own number format; the errors are those of `read_yaml`."""
-    return _loaded(text, _Plain)
+    return _loaded(text, _Safe)
 
 
 def _loaded(text: str, loader: Any) -> Any:
     try:
-        _require_bounded(text)
         return yaml.load(text, Loader=loader)  # noqa: S506 - a safe loader
     except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         # What the library raises for dates, numbers and tags that do not fit, such as 2001-99-99 or `!!int x`.
         raise yaml.YAMLError(f"a value cannot be read: {error}") from None
-
-
-def _require_bounded(text: str) -> None:
-    """Raise a YAMLError for a text that is too large, too deep or expands to too many values.
-
-    Parsing to events takes memory in proportion to the text and does not follow aliases; only then is the text loaded.
-    """
-    if len(text) > LARGEST_TEXT:
-        raise yaml.YAMLError(f"the text has more than {LARGEST_TEXT >> 20} MiB")
-    values = 0
-    begun: list[tuple[str | None, int]] = []  # of each open collection: its anchor, and the number of values before it
-    sizes: dict[str, int] = {}
-    for event in yaml.parse(text, Loader=_Safe):
-        if isinstance(event, yaml.CollectionStartEvent):
-            begun.append((event.anchor, values))
-            sizes.pop(event.anchor or "", None)  # within itself an anchor does not stand for an earlier value
-        elif isinstance(event, yaml.CollectionEndEvent):
-            anchor, before = begun.pop()
-            if anchor is not None:
-                sizes[anchor] = values - before
-        elif isinstance(event, yaml.AliasEvent):
-            if event.anchor not in sizes:
-                raise yaml.YAMLError(f"alias {event.anchor} stands for nothing that is complete above it")
-            values += sizes[event.anchor]
-        elif isinstance(event, yaml.ScalarEvent) and event.anchor is not None:
-            sizes[event.anchor] = 1
-        values += 1
-        if len(begun) > DEEPEST or values > MOST_NODES:
-            raise yaml.YAMLError(f"it has more than {DEEPEST} levels or {MOST_NODES} values")

@@ -70,7 +70,6 @@ def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
     """The connection that nodes with some parameters need.
 
     Args:
-        values: Their parameters.
         names: Names of topics that differ from those of the nodes.
         observed: Further attributes of the connection.
     """

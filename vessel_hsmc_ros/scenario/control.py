@@ -39,7 +39,6 @@ def make_control_loop(
     """Make the control loop of a controller.
 
     Args:
-        parameters: Those of the controller.
         law: A law in the place of the one that the parameters select.
         supervised: Whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
 

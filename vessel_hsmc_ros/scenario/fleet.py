@@ -57,7 +57,6 @@ def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: 
 
     Args:
         base: The scenario of the first vessel.
-        count: Number of vessels.
         namespace: The vessels have the namespaces `<namespace>_1`, `<namespace>_2` and so on.
         spacing: Distance between two neighbours, m.
 

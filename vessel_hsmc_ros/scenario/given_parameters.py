@@ -68,7 +68,6 @@ def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
     """The parameters that a command line gives to a node, by dotted names.
 
     Args:
-        arguments: The command line.
         node: The fully qualified name of the node.
 
     Raises:
@@ -93,7 +92,6 @@ def missed_sections(arguments: Sequence[str], node: str) -> str:
     """That the files of a command line are for other nodes only; empty if a section names the node, or none names one.
 
     Args:
-        arguments: The command line.
         node: The fully qualified name of the node.
 
     Raises:

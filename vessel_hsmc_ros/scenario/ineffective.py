@@ -120,8 +120,6 @@ def ineffective(node: str, parameters: Any, given: Collection[str], commanded: C
     """Name the settings of a node that are given and have no effect.
 
     Args:
-        node: Name of the node.
-        parameters: Its parameters.
         given: The dotted names of those that are given.
         commanded: Those among them that a person gave on the command line.
 

@@ -77,7 +77,6 @@ def interface_text(stack: Interface, name: str, vessel: KnownVessel, noise_known
     """Write the parameters file of an interface, which is given to each node after that of the ship.
 
     Args:
-        stack: The interface.
         name: Of the ship: the file is `<name>_<interface>.yaml`.
         vessel: What is known of the ship.
         noise_known: Whether the file of the ship has the noise of its positions, which that of the stack then leaves as it is.

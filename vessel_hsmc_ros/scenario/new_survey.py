@@ -43,10 +43,6 @@ def survey_of(text: str) -> NewSurvey:
 def with_survey(text: str, survey: NewSurvey) -> str:
     """A scenario that `own_ship` has written, with a survey for its reference.
 
-    Args:
-        text: The scenario.
-        survey: The survey.
-
     Returns:
         The scenario; its duration is the planned time of the survey and a tenth of it.
 

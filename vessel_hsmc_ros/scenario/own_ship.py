@@ -112,7 +112,6 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
     """Write the scenario of a ship of which the main data are known.
 
     Args:
-        name: Name of the ship, for the headline.
         data: What is known of the ship.
         layout: Its thrusters, which then drive it; their forces are its limits where the data have none.
 
@@ -153,7 +152,6 @@ def scenario_for(
     Args:
         values: Its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used.
         vessel: The name of the vessel in the library, or the path of its file, to which the scenario refers.
-        name: Name of the ship, for the headline.
         changes: Single hull data of the scenario that differ from the vessel's, by their names.
         around: Its wind, current, lag and noise of positions count.
         thrusters: Drive the ship by its thrusters instead of surge force and yaw moment.
@@ -238,7 +236,6 @@ def thruster_layout(texts: Sequence[str], length: float) -> ThrusterLayout:
     """The fixed thrusters of a boat, each as `x,y,ahead,astern`: its place, m, and its largest thrusts, N.
 
     Args:
-        texts: One for each.
         length: Of the boat, m, within which they are.
 
     Raises:

@@ -199,27 +199,14 @@ def vessel_names() -> list[str]:
     return list(dict.fromkeys(name for name in every if name.startswith(VESSEL)))
 
 
-def in_present_names(values: Mapping[str, schema.T]) -> dict[str, schema.T]:
-    """Values by `parameter` or `node.parameter`, with a `FutureWarning` for each parameter that has its former name.
-
-    Raises:
-        ParameterError: a parameter is given by both names.
-    """
-    formers = {node: schema.former_names(cls) for node, cls in NODES.items()}
-    names = {former: present for of_node in formers.values() for former, present in of_node.items()}
-    names |= {f"{node}.{old}": f"{node}.{new}" for node, of_node in formers.items() for old, new in of_node.items()}
-    return schema.renamed(values, names)
-
-
 def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
-    """The values by the present names of parameters, and with `vessel.name` for its short form `vessel`.
+    """The values with `vessel.name` for its short form `vessel`.
 
     Raises:
         ParameterError: both forms are given, with different names.
     """
-    values = in_present_names(values)
     if "vessel" not in values:
-        return values
+        return dict(values)
     name = values["vessel"]
     if values.get(VESSEL_NAME, name) != name:
         raise ParameterError(f"vessel = {name} and {VESSEL_NAME} = {values[VESSEL_NAME]} differ: one of them is enough")
@@ -231,7 +218,6 @@ def without_foreign_hull_data(values: Mapping[str, object], declared: Collection
 
     Args:
         values: Values by their dotted names.
-        declared: The names that the node declares.
 
     Raises:
         ParameterError: no node declares hull data of such a name.

@@ -26,7 +26,6 @@ def read_parameters(
     may be given once for all: each node takes those that it declares.
 
     Args:
-        text: The content of the file.
         nodes: The names of the nodes, in whatever namespace, with the names of their parameters.
         source: Where the text comes from, for error messages.
         namespace: Of the vessel, where sections for others are to be left out.

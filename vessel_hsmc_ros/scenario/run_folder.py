@@ -194,9 +194,7 @@ def write_summary(
     """Write run.json.
 
     Args:
-        folder: The run folder.
         origin: Provenance of the run, with the time of its start.
-        exit_code: As of the command.
         failure: What failed, in one line; empty if nothing did.
         measured: Metrics and further measured values.
 

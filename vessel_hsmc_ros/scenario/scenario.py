@@ -155,8 +155,6 @@ def parse_scenario(
     """Make a scenario from the text of a ROS parameters file.
 
     Args:
-        text: The content of the file.
-        name: Name of the scenario.
         changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
         source: Where the text comes from, for error messages.
         folder: Where the path of a vessel file in the text starts.
@@ -228,7 +226,6 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     """The scenario, once what single parameters cannot show is validated: rates, stability at the rate, lengths of lists.
 
     Args:
-        scenario: The scenario.
         changed: The nodes whose parameters have not been validated together yet.
 
     Raises:

@@ -130,12 +130,9 @@ def feasible_turn(
     """The turn of a curve that a ship follows with a reserve: as tight and fast as wanted, or wider or slower.
 
     Args:
-        kind: Name of the curve.
         curve: Makes the curve of a radius, m.
         size: Radius and speed wanted, m and m/s.
         rise_time: Duration of the start up to a speed, s.
-        ship: The hull.
-        scale: Its units.
 
     Raises:
         ParameterError: no such curve is feasible for this hull.
@@ -212,8 +209,6 @@ def references(circle: Circle, s: Scale, decay: float) -> dict[str, float]:
     A run lasts until the error of the start has decayed, and the law knows the ship.
 
     Args:
-        circle: The circle.
-        s: The units of the ship.
         decay: Rate at which the drift decays if the law must be slower than it, else -1, 1/s.
     """
     time = s.T if decay < 0.0 else max(s.T, 1.0 / decay)

@@ -100,8 +100,6 @@ def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
     """Evaluate a run against the limits of its row; without limits every finite run is a hit.
 
     Args:
-        row: The row.
-        run: The run.
         track: Its planned legs; None where there are none.
     """
     distance = position_error(run.state, run.reference)
@@ -189,7 +187,6 @@ def ship_of(name: str, data: Any, where: str) -> SuiteShip:
     """The ship of main data.
 
     Args:
-        name: Its name.
         data: Main data by their names, those of `vessel-hsmc init`.
         where: The file, for error messages.
 
@@ -220,7 +217,6 @@ def in_numbers(value: Any, units: Mapping[str, float], where: str) -> Any:
     """A value whose number or numbers may be in a unit of a ship, such as `{L: 0.02}`.
 
     Args:
-        value: As in the file.
         units: Those of the ship; empty where there is none.
         where: What the value belongs to, for error messages.
 

@@ -235,7 +235,6 @@ def _checked(given: Mapping[str, Any], place: str) -> dict[str, Value]:
     """The hull data of a vessel file in their declared types."""
     allowed = hull_data()
     owner = f"{place}: vessel"
-    given = schema.renamed(given, schema.former_names(KnownVessel), owner)
     for name in given:
         if name not in allowed:
             raise ParameterError(f"{owner}.{name} is not a hull datum: {schema.suggestion(name, allowed)}")

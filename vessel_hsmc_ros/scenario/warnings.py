@@ -28,11 +28,6 @@ def check_scenario(scenario: Scenario) -> list[str]:
         found = [*_partial_hull(scenario), *_papers_disturbance(scenario)]
     if gain := hull_warning(scenario.vessel_sim.vessel):
         found.append(gain)
-    if "reference_ship.path.radius" in scenario.given:
-        found.append(
-            "reference_ship.path.radius has no effect and will no longer be read: corners follow from the ship and its limits,"
-            " or have the radius path.corner_radius"
-        )
     reference = scenario.reference_ship
     if reference.mode == "path":  # its plan is the one of the check of the scenario
         slow = getattr(make_reference(reference, 1.0 / reference.rate_hz), "slow", "")
@@ -48,7 +43,6 @@ def check_effects(scenario: Scenario, commanded: Collection[str] = ()) -> list[s
     """Find the settings of a scenario that are given and have no effect.
 
     Args:
-        scenario: The scenario.
         commanded: The parameters, as `node.parameter`, that a person gave on the command line.
 
     Returns:

@@ -32,7 +32,6 @@ def write(folder: Path, result: Result) -> dict[str, Path]:
 
     Args:
         folder: An existing folder.
-        result: The result.
 
     Raises:
         ReportError: a file cannot be written.
@@ -123,7 +122,6 @@ def render(result: Result, pictures: Sequence[Path]) -> str:
     """The page, with everything in it.
 
     Args:
-        result: The result.
         pictures: Those of the front and of the search.
     """
     front, search = (path.read_bytes() for path in pictures)
@@ -236,12 +234,7 @@ MAX_SHOWN_RATIO = 30.0
 
 
 def draw_front(path: Path, result: Result) -> None:
-    """Draw cost against effort: all trials, the front, the present and the tuned gains.
-
-    Args:
-        path: The PNG file.
-        result: The result.
-    """
+    """Draw cost against effort: all trials, the front, the present and the tuned gains."""
     with figure(path, 7.2, 4.8) as picture:
         panel = picture.subplots()
         costs = [trial.cost for trial in result.trials if trial.cost is not None]
@@ -263,12 +256,7 @@ def draw_front(path: Path, result: Result) -> None:
 
 
 def draw_search(path: Path, result: Result) -> None:
-    """Draw the cost of the trials in their order, and over each gain.
-
-    Args:
-        path: The PNG file.
-        result: The result.
-    """
+    """Draw the cost of the trials in their order, and over each gain."""
     gains = result.tuning.gains
     columns = min(COLUMNS, len(gains))
     rows = math.ceil(len(gains) / columns)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import Entry
-from vessel_hsmc_ros.scenario.parameters import controller_parameters, in_present_names
+from vessel_hsmc_ros.scenario.parameters import controller_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
 FORM = "it takes controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
@@ -56,7 +56,6 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
     Args:
         texts: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
             without a range stands for all gains that match.
-        law: The law that is tuned.
         present: A scenario, whose values are the middle of the ranges that are not given.
 
     Returns:
@@ -71,7 +70,6 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
     gains: dict[str, Gain] = {}
     for text in texts:
         name, equals, span = (part.strip() for part in text.partition("="))
-        (name,) = in_present_names({name: None})
         for parameter in _matching(name, law, entries, values) if "*" in name and not equals else [name]:
             entry = _declared(parameter, law, entries)
             if parameter in gains and "*" not in name:
@@ -146,7 +144,6 @@ def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
     """The same scenario with other parameters of its controller.
 
     Args:
-        scenario: The scenario.
         values: Values by `controller.name`.
 
     Raises:

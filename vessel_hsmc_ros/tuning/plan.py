@@ -114,7 +114,6 @@ def held_out_cases(source: str, changes: Mapping[str, object], law: str, others:
     Args:
         source: A scenario, a suite or a campaign.
         changes: Further changes by `node.parameter`.
-        law: The law.
         others: Whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
     """
     if not others and _kind(source) == "campaign":
@@ -211,7 +210,6 @@ class Objective:
         """The scales of all runs, (n, 2).
 
         Args:
-            cases: The runs.
             present: The two metrics with the present gains, (n, 2), NaN where they have none.
 
         Returns:
@@ -334,7 +332,6 @@ class Tuning:
         """Simulate cases with a set of gains.
 
         Args:
-            cases: The cases.
             gains: The gains by parameter; those that are left out keep their value.
             scales: The scales of the metrics; None for the limits of the cases, else the values of these runs.
         """

@@ -144,7 +144,6 @@ def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], re
     """Search the gains with the smallest cost; what a folder already contains is continued.
 
     Args:
-        tuning: What is tuned.
         folder: An existing folder, which records the trials.
         trials: The number of trials, with those that the folder contains.
         held_out: Cases to evaluate the present and the tuned gains on.

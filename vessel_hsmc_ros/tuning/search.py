@@ -68,7 +68,6 @@ class Search:
         """Evaluate trials until there are so many, those recorded before included.
 
         Args:
-            trials: The number of trials.
             report: Called with the number of evaluated trials, in fractions, and those that are complete.
 
         Returns:

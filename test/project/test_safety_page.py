@@ -4,11 +4,10 @@ import re
 from pathlib import Path
 
 import pytest
+from guarantees import GUARANTEES, REMEDIES
+from pages import held_by, safety_page, with_defaults
 
-from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.guarantees import GUARANTEES, REMEDIES
-from vessel_hsmc_ros.scenario.parameter_page import held_by, safety_page, with_defaults
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")
@@ -41,8 +40,3 @@ def test_defaults_are_read_from_the_declarations() -> None:
     assert with_defaults("after {controller.input_timeout}") == "after 0.5 s (`controller.input_timeout`)"
     with pytest.raises(KeyError):
         with_defaults("{controller.no_such_parameter}")
-
-
-def test_an_unknown_generated_part_is_refused() -> None:
-    with pytest.raises(ScenarioError, match="generated part nothing is unknown: it takes one of guarantees, reasons, tests"):
-        safety_page("<!-- generated: nothing -->\n<!-- end -->")

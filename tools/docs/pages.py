@@ -1,16 +1,21 @@
-"""Pages of the docs that are made from declarations: all parameters, the interfaces of boats, the tables of safety.md."""
+"""Write the pages of the docs that are made from declarations: all parameters, the interfaces of boats, the tables of safety.md.
+
+python tools/docs/pages.py
+"""
 
 import math
 import re
 from collections.abc import Iterable
-from typing import Any
+from pathlib import Path
+
+from guarantees import GUARANTEES, REMEDIES
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.guarantees import GUARANTEES, REMEDIES
 from vessel_hsmc_ros.scenario.interfaces import Interface, commands, interfaces
 from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 HEAD = """# Parameters
 
@@ -95,22 +100,6 @@ def parameter_page() -> str:
     return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | AUXILIARY | WATCHERS).items())
 
 
-def matching(word: str) -> list[dict[str, Any]]:
-    """The parameters in whose full name or meaning a word occurs, whatever its case; all for an empty word.
-
-    Returns:
-        A record for each: name with its node, default, allowed values, meaning, and whether it can be changed at run time.
-    """
-    found = []
-    for node, cls in (NODES | AUXILIARY | WATCHERS).items():
-        for name, entry in schema.entries(cls).items():
-            if word.casefold() in f"{node}.{name} {entry.description}".casefold():
-                default = list(entry.default) if isinstance(entry.default, tuple) else entry.default
-                record: dict[str, Any] = {"name": f"{node}.{name}", "default": default, "allowed": entry.allowed}
-                found.append(record | {"meaning": entry.description, "tunable": entry.tunable})
-    return found
-
-
 def _table(cls: type) -> str:
     rows = ["| parameter | default | allowed | symbol | meaning |", "|---|---|---|---|---|"]
     for name, entry in schema.entries(cls).items():
@@ -162,17 +151,8 @@ def safety_page(text: str) -> str:
     """A Markdown page whose generated parts are those of the present declarations.
 
     A generated part stands between the lines `<!-- generated: NAME -->` and `<!-- end -->`, with the name of one of TABLES.
-
-    Raises:
-        ScenarioError: a generated part has an unknown name.
     """
-
-    def block(match: re.Match[str]) -> str:
-        if match[2] not in TABLES:
-            raise ScenarioError(f"generated part {match[2]} is unknown: it takes one of {', '.join(TABLES)}")
-        return f"{match[1]}\n{TABLES[match[2]]()}\n{match[3]}"
-
-    return BLOCK.sub(block, text)
+    return BLOCK.sub(lambda match: f"{match[1]}\n{TABLES[match[2]]()}\n{match[3]}", text)
 
 
 def _guarantees() -> str:
@@ -227,3 +207,15 @@ def _rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 
 TABLES = {"guarantees": _guarantees, "reasons": _reasons, "tests": _tests}
+
+
+def main() -> None:
+    """Write the pages."""
+    safety = DOCS / "safety.md"
+    safety.write_text(safety_page(safety.read_text(encoding="utf-8")), encoding="utf-8")
+    (DOCS / "parameters.md").write_text(parameter_page(), encoding="utf-8")
+    (DOCS / "boats.md").write_text(interface_page(), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
