@@ -201,3 +201,12 @@ def test_faults_do_not_depend_on_those_of_other_topics() -> None:
 def test_different_seeds_make_different_faults() -> None:
     dropped = Fault(at=0.0, kind="drop", topic="cmd_wrench", probability=0.5)
     assert contents(deliveries(dropped, seed=1)) != contents(deliveries(dropped, seed=2))
+
+
+def test_a_lost_position_leaves_heading_and_velocities() -> None:
+    acting = Fault(at=1.0, duration=1.0, kind="lose_position", topic="odom")
+    schedule = TopicSchedule(FaultScript((acting,), 1), "odom")
+    edits = [{edit.field: edit.value for edit in schedule.take(n, n * PERIOD, n * PERIOD)[0].edits} for n in range(30)]
+    assert edits[9] == edits[20] == {}
+    assert set(edits[10]) == {"pose.pose.position.x", "pose.pose.position.y"}
+    assert all(math.isnan(value) for value in edits[10].values())

@@ -14,6 +14,9 @@ from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.laws.los_pid import LosPidParameters, adapted, derived_stretch, scaled
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_text
+from vessel_hsmc_ros.scenario.scenario import parse_scenario
+from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 NONE = np.zeros(3)
 AHEAD = np.array([0.0, 0.0, 0.0, 2.0, 0.0, 0.0])
@@ -158,3 +161,27 @@ def test_a_tight_turn_with_declared_slow_actuators_is_tracked(lag: float, full: 
     }
     run = run_of(240.0, reference_ship__surge_force=1e5, reference_ship__yaw_moment=-1e6, **changes)
     assert rms(position_error(run.state, run.reference)[-600:]) < 0.5
+
+
+@given(st.floats(0.01, 10.0), st.floats(0.1, 1e3))
+def test_the_integral_gain_leaves_room_for_a_slow_sway(rate: float, length: float) -> None:
+    """On a line the guidance is stable where its gain is below lookahead time/T_v, T_v = 1/rate."""
+    vessel, p = KnownVessel(length=length, yaw_inertia=50.0 * length**5, sway_damping_rate=rate), LosPidParameters()
+    found = adapted(p, vessel)
+    assert 0.0 < found.integral_gain <= min(p.integral_gain, 0.75 * found.lookahead_time * rate)
+    assert adapted(replace(p, stretch=1.0), vessel).integral_gain == p.integral_gain
+    unknown = adapted(p, replace(vessel, sway_damping_rate=-1.0))
+    assert unknown.integral_gain == pytest.approx(0.5 * p.integral_gain)
+
+
+def own(name: str) -> str:
+    """The scenario of a boat of 4 m in wind, or of a vessel of the library, as `init` writes it."""
+    if name == "boat":
+        return scenario_text(name, MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0, wind=5.0))
+    return scenario_for(read_vessel(name).values, name)
+
+
+@pytest.mark.parametrize("name", ["boat", "otter", "heron", "viknes_830"])
+def test_the_default_gains_follow_the_circle_of_a_boat_within_twice_what_tuned_gains_leave(name: str) -> None:
+    run = simulate(parse_scenario(own(name), name, {"controller.law": "los_pid"}))
+    assert rms(position_error(run.state, run.reference)[-len(run.time) // 4 :]) < 2.0 * 0.0145

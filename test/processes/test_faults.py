@@ -1,6 +1,7 @@
 """Runs with scripted faults, as a user starts them."""
 
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from harness import Command
+from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 
@@ -32,7 +34,12 @@ def carried_out(start: Callable[..., Command], tmp_path: Path) -> Callable[..., 
 
 def operations(bag: Bag) -> dict[float, int]:
     """The operation of the controller by the time of its state, s."""
-    return {m.header.stamp.sec + m.header.stamp.nanosec * 1e-9: m.operation for _, _, m in bag.messages("/controller/state")}
+    return {at_of(m): m.operation for _, _, m in bag.messages("/controller/state")}
+
+
+def at_of(message: Any) -> float:
+    """The stamp of a message, s."""
+    return float(message.header.stamp.sec + message.header.stamp.nanosec * 1e-9)
 
 
 def contents(bag: Bag, *topics: str) -> list[list[str]]:
@@ -73,6 +80,20 @@ faults:
     refused = start("vessel-hsmc", "replay", first.path, "--verify")
     assert refused.wait(60.0) == 1
     assert "run with faults on /odom" in refused.text
+
+
+def test_a_lost_position_leads_to_the_safe_action_with_its_reason_and_back(carried_out: Any) -> None:
+    bag, _ = carried_out("faults: [{at: 1.0, duration: 1.5, kind: lose_position, topic: odom}]", "--no-page")
+    lost = [m for _, _, m in bag.messages("/relayed/odom") if math.isnan(m.pose.pose.position.x)]
+    assert lost
+    numbers = [(m.pose.pose.orientation.z, m.twist.twist.linear.x, m.twist.twist.angular.z) for m in lost if m.header.frame_id]
+    assert np.isfinite(numbers).all()
+    assert len(numbers) == len(lost)
+    left = [at for at, operation in operations(bag).items() if at > 0.9 and operation != 1]
+    assert 1.5 <= left[0] <= 1.6 + 1e-6
+    assert left[-1] < 3.0
+    states = [m for _, _, m in bag.messages("/controller/state") if 1.6 < at_of(m) < 2.4]
+    assert {m.reason for m in states} == {ControlState.NOT_FINITE}
 
 
 def test_the_run_goes_on_while_a_node_is_suspended_and_restarted_on_demand(carried_out: Any) -> None:

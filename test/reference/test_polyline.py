@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.reference.factory import travel_limits
+from vessel_hsmc_ros.reference.path import plan_path
 from vessel_hsmc_ros.reference.polyline import Part, Ship, Waypoint, polyline
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
@@ -62,3 +64,12 @@ def test_corners_leave_a_quarter_of_a_leg_from_rest_free_and_none_of_one_under_w
     assert free[0] >= 0.25 * first * (1.0 - 1e-9)
     assert free[1] <= free[0]
     assert legs > 2.0 or free[1] < 0.25 * first, "there the corner may take all of the leg"
+
+
+def test_a_corner_soon_after_rest_is_not_sailed_at_the_little_speed_that_is_reached_before_it() -> None:
+    p, rest = BOAT, Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")
+    for first in np.arange(0.5, 3.1, 0.1) * LENGTH:
+        ends = complex(first), first + 3.0 * LENGTH * complex(math.cos(1.6), math.sin(1.6))
+        points = [Waypoint(end, "through", p.motion.speed) for end in ends]
+        assert plan_path(points, rest, Acceleration(0.0, 0.0, 0.0), ship, p.motion.speed).slow == "", first

@@ -106,7 +106,7 @@ def test_chattering_by_the_noise_of_the_positions_names_what_reduces_it(law: str
     switching: Array = np.where(np.arange(4000) % 2, 1.0, -1.0)
     noisy: dict[str, object] = {"controller.law": law, "vessel_sim.sensors.position_noise": 0.3}
     assert judged(np.zeros_like, lambda _: 1e5 + 1e4 * switching, changes=noisy).endswith(
-        f"on average, from 0.3 m of noise of its positions: a larger controller.{setting} reduces it."
+        f"per second, as its positions have 0.3 m of noise; a larger controller.{setting} reduces it."
     )
 
 
@@ -134,7 +134,7 @@ def test_the_papers_law_has_no_limit_at_which_it_could_be() -> None:
 
 def test_chattering_is_stated_with_its_size_and_numerical_noise_is_not() -> None:
     switching: Array = np.where(np.arange(4000) % 2, 1.0, -1.0)
-    assert "The surge force chatters, with 20 reversals per second of 20 kN on average." in judged(
+    assert "The surge force chatters: it jumps by 20 kN on average, 20 times per second." in judged(
         np.zeros_like, lambda _: 1e5 + 1e4 * switching
     )
     assert "chatter" not in judged(np.zeros_like, lambda _: 1e5 + 1e-6 * switching)

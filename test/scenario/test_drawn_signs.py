@@ -11,7 +11,7 @@ from drawn_drives import HAND, LOOPS, draw, judged, sail
 
 from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection
 from vessel_hsmc_ros.safety.connection_rules import judge
-from vessel_hsmc_ros.safety.effects import GRID, effect
+from vessel_hsmc_ros.safety.effects import GRID, effect, smoothed_command, tracked
 
 
 @pytest.mark.parametrize("seed", [101, 102])
@@ -119,3 +119,46 @@ def test_a_command_that_never_changes_shows_nothing() -> None:
     velocity = np.cumsum(rng.normal(0.0, 0.01, n - 3 * width))
     found = effect([np.ones(n)], np.gradient(velocity, GRID), velocity, np.ones((len(velocity), 1)), width)
     assert found.sign == 0
+
+
+DELAYS = (0, 5, 10, 20)
+WIDTH = 16
+
+
+def steps(seed: int, low: float) -> tuple[np.ndarray, np.ndarray]:
+    """Drawn commands in steps from a share to 1, 0 half of the time, and the parts of a current along a heading that wanders."""
+    rng = np.random.default_rng(seed)
+    command = np.repeat(rng.uniform(low, 1.0, 40) * (rng.random(40) < 0.5), rng.integers(60, 100))
+    psi = rng.uniform(-3.0, 3.0) + 0.3 * np.sin(0.01 * np.arange(len(command) - 3 * WIDTH) + rng.uniform(0.0, 6.0))
+    return smoothed_command(command, WIDTH), np.column_stack((np.cos(psi), np.sin(psi)))
+
+
+@pytest.mark.parametrize("speed", [-1.0, -0.15, 0.15, 3.0])
+def test_a_current_that_carries_a_boat_shows_no_sign(speed: float) -> None:
+    """A boat that no command moves, of commands to one side."""
+    for seed in range(40):
+        command, along = steps(seed, 0.2)
+        start = along[0] / np.linalg.norm(along[0])
+        carried = speed * along @ start + np.random.default_rng(seed).normal(0.0, 0.05, len(command))
+        assert tracked(command, carried, along, DELAYS) == 0, seed
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_velocity_that_follows_its_command_in_a_current_shows_the_sign(sign: int) -> None:
+    found = []
+    for seed in range(40):
+        command, along = steps(seed, -1.0)
+        measured = sign * np.concatenate((np.zeros(5), command[:-5])) + along @ [0.1, -0.1]
+        found.append(tracked(command, measured, along, DELAYS))
+    assert set(found) <= {0, sign}
+    assert np.count_nonzero(found) > 15
+
+
+def test_a_speed_command_that_is_made_from_a_speed_of_the_other_sign_is_not_followed() -> None:
+    """The command is always ahead of the measured speed, which is astern most of the time; in turns both are astern."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        turn = np.convolve(rng.random(2000) < 0.002, np.exp(-0.015 * np.arange(400)))[:2000]
+        speed = -0.02 - 0.4 * np.minimum(turn, 1.0)
+        along = np.column_stack((np.cos(0.01 * np.arange(2000)), np.sin(0.01 * np.arange(2000))))
+        assert tracked(speed + 0.04, speed, along, DELAYS) <= 0, seed

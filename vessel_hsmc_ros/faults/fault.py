@@ -51,6 +51,9 @@ KINDS = {
     "reorder": Kind("topic", "a message comes after the one that follows it", ("probability",)),
     "corrupt": Kind("topic", "a field of the message is wrong", ("probability", "field", "change", "amount"), ("field",)),
     "freeze": Kind("topic", "the content of the last message comes again and again, with fresh stamps"),
+    "lose_position": Kind(
+        "topic", "the position of `odom` is lost: NaN, while heading and velocities are still measured", ("probability",)
+    ),
     "offset": Kind("topic", "stamps are off by `offset`", ("probability", "offset"), ("offset",)),
     "frame": Kind("topic", "messages are in another frame", ("probability", "frame"), ("frame",)),
     "lose": Kind("actuator", "an actuator does nothing", ("component",)),
@@ -174,6 +177,8 @@ def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], 
     if target == "actuator" and fault.topic in ("odom", "reference"):
         actuators = ", ".join(topic for topic in topics if topic not in ("odom", "reference"))
         raise ParameterError(f"{owner}.topic = {fault.topic} is no actuator: it takes one of {actuators}")
+    if fault.kind == "lose_position" and fault.topic != "odom":
+        raise ParameterError(f"{owner}.topic must be odom for kind lose_position (got {fault.topic})")
     if fault.kind == "restart" and fault.node == RECORDER:
         raise ParameterError(f"{owner}.node = recorder is not allowed: a second recorder would overwrite the bag")
     if fault.kind == "kill" and fault.node == PLANT:

@@ -14,6 +14,9 @@ FACTORS = {"lose": 0.0, "reverse": -1.0}
 FIELDS = {"surge": ("wrench.force.x",), "yaw": ("wrench.torque.z",), "both": ("wrench.force.x", "wrench.torque.z")}
 """The fields of cmd_wrench by their actuator."""
 
+POSITION = ("pose.pose.position.x", "pose.pose.position.y")
+"""The fields of odom that a lost position leaves without a value."""
+
 THRUSTER_FIELD = "data"
 
 
@@ -130,6 +133,8 @@ class TopicSchedule:
         """The changes of the content by a fault that corrupts it, or that acts on an actuator; none by other faults."""
         if fault.kind == "frame":
             return (Edit("header.frame_id", "set", fault.frame),)
+        if fault.kind == "lose_position":
+            return tuple(Edit(field, "set", math.nan) for field in POSITION)
         if fault.kind == "corrupt":
             return (self._corruption(index, fault),)
         if fault.kind in ("lose", "weaken", "reverse"):

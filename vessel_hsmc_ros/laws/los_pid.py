@@ -41,6 +41,12 @@ from vessel_hsmc_ros.law.law import gain
 PAPER = KnownVessel()
 """The ship for which the gains were found."""
 
+PAPER_DECAY = 1.2
+"""Time in which its sway velocity decays, s."""
+
+SWAY_SHARE = 0.5
+"""The integral gain of the guidance has to be below lookahead distance/(speed·T_v); this share of T/T_v leaves it room."""
+
 
 @dataclass(frozen=True)
 class LosPidParameters:
@@ -84,7 +90,16 @@ def adapted(p: LosPidParameters, vessel: KnownVessel) -> LosPidParameters:
     if p.stretch > 0.0:
         return stretched(p, p.stretch)
     own = scaled(p, vessel.length / PAPER.length, unit_time(vessel) / unit_time(PAPER))
+    own = replace(own, integral_gain=own.integral_gain * min(1.0, SWAY_SHARE * unit_time(vessel) / sway_decay(vessel)))
     return stretched(own, derived_stretch(own, vessel))
+
+
+def sway_decay(vessel: KnownVessel) -> float:
+    """T_v, the time in which a sway velocity decays, s: as declared, else T, which is about that of most boats."""
+    if vessel.sway_damping_rate > 0.0:
+        return 1.0 / vessel.sway_damping_rate
+    hull, paper = ((v.length, v.sway_inertia, v.yaw_inertia) for v in (vessel, PAPER))
+    return PAPER_DECAY if hull == paper else unit_time(vessel)
 
 
 def scaled(p: LosPidParameters, length: float, time: float) -> LosPidParameters:

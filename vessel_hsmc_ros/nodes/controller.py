@@ -201,7 +201,7 @@ class ControllerNode(TimedNode):
         if (known := self.loop.law.known) is not self._known:
             self._known = known
             if known is not self.loop.law.vessel:
-                self.get_logger().info(f"the ship turns as with {described(known)}: the gains follow it from now on")
+                self.get_logger().info(f"identified actuators of the yaw moment: {described(known)}; gains adapted")
 
     # -- what a person commands ---------------------------------------------------------------------------------------
 

@@ -186,7 +186,7 @@ def _actuators(record: Record, metrics: Metrics) -> Iterator[str]:
         found = _chatter(command[0], command[1][:, i])
         if found is not None:
             size = quantity(found[1], unit)
-            yield f"the {name} chatters, with {number(found[0])} reversals per second of {size} on average{calmed}"
+            yield f"the {name} chatters: it jumps by {size} on average, {number(found[0])} times per second{calmed}"
 
 
 def _calmed_by(record: Record) -> str:
@@ -194,7 +194,7 @@ def _calmed_by(record: Record) -> str:
     if not (noise := position_noise(record)) or record.scenario is None:
         return ""
     name = "guided.velocity_noise" if record.scenario.controller.law == "guided" else "observer.position_noise"
-    return f", from {quantity(noise, 'm')} of noise of its positions: a larger controller.{name} reduces it"
+    return f", as its positions have {quantity(noise, 'm')} of noise; a larger controller.{name} reduces it"
 
 
 def _chatter(time: Array, values: Array) -> tuple[float, float] | None:

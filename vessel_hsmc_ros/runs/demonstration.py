@@ -124,9 +124,9 @@ def _forces(judged: Sequence[tuple["Record", Metrics]]) -> Iterator[str]:
     (weak, least), (strong, most) = ordered[0], ordered[-1]
     if most.surge_force_peak > UNEQUAL_FORCES * least.surge_force_peak:
         yield (
-            f"The approaches were made with unequal forces: {_title(strong, first=False)} took a surge force of up to"
-            f" {quantity(most.surge_force_peak, 'N')}, {_title(weak, first=False)} of up to"
-            f" {quantity(least.surge_force_peak, 'N')}. The last quarter shows how well a law tracks."
+            f"Compare the last quarter only: on the way {_title(strong, first=False)} used"
+            f" up to {quantity(most.surge_force_peak, 'N')} of surge force, and {_title(weak, first=False)} up to"
+            f" {quantity(least.surge_force_peak, 'N')}."
         )
 
 

@@ -225,21 +225,51 @@ def deviation(scores: Array, free: float) -> float:
     return math.sqrt(free * total)
 
 
-def tracked(command: Array, measured: Array, lags: Sequence[int]) -> int:
-    """The sign with which a velocity follows its command over some lags; 0 where one of them or half of the data disagree."""
+def tracked(command: Array, measured: Array, steady: Array, lags: Sequence[int]) -> int:
+    """The sign with which a velocity follows its command over some lags; 0 where one of them or half of the data disagree.
+
+    A steady load, such as a current, moves a boat as well. It must not explain what the velocity has in common with the command,
+    unless that is close to the command itself.
+
+    Args:
+        command, measured: The command and the velocity, smoothed alike, (n,).
+        steady: What a steady load adds to the velocity, by its components, (n, k).
+        lags: Numbers of intervals.
+    """
     found = []
     for lag in lags:
-        c, m = command[: len(command) - lag], measured[lag:]
+        c, m, load = command[: len(command) - lag], measured[lag:], steady[lag:]
         half = np.searchsorted(np.cumsum(c * c), 0.5 * float(c @ c))
-        for part in (slice(None), slice(0, half), slice(half, None)):
-            one, other = c[part], m[part]
-            size = math.sqrt(float(one @ one) * float(other @ other))
-            gain = float(one @ other) / max(float(one @ one), 1e-300)
-            found.append((float(one @ other) / max(size, 1e-300), gain))
-    likeness = np.array(found)
-    if (likeness[:, 0] > ALIKE).all() and (likeness[:, 1] < LARGEST_GAIN).all():
+        found.append([likeness(c[part], m[part], load[part]) for part in (slice(None), slice(0, half), slice(half, None))])
+    alike, gain, beyond, same, error = np.moveaxis(np.array(found), 2, 0)
+    known = (error.max(axis=1) < CLOSE_BY).any()
+    if (alike > ALIKE).all() and (gain < LARGEST_GAIN).all() and (same > MOSTLY).all() and ((beyond > BEYOND).all() or known):
         return 1
-    return -1 if (likeness[:, 0] < -ALIKE).all() else 0
+    return -1 if (alike < -ALIKE).all() and (same < 1.0 - MOSTLY).all() and (beyond < -BEYOND).all() else 0
+
+
+def likeness(command: Array, measured: Array, steady: Array) -> tuple[float, float, float, float, float]:
+    """How a velocity is like its command: see `tracked`.
+
+    Returns:
+        The cosine of both; their ratio; the cosine of what a steady load leaves of both; the share of the time with a command in
+        which both have one sign; and the difference relative to the velocity.
+    """
+    if len(command) <= steady.shape[1] + 1:
+        return 0.0, 0.0, 0.0, 0.5, math.inf
+    basis_of_load = basis(steady)
+    c_rest, m_rest = (each - basis_of_load @ (basis_of_load.T @ each) for each in (command, measured))
+    power = float(command @ command)
+    beyond = cosine(c_rest, m_rest) if float(c_rest @ c_rest) > LEAST_CHANGE * power else 0.0
+    during = np.abs(command) > LEAST_COMMAND * math.sqrt(power / len(command))
+    same = float((command[during] * measured[during] > 0.0).mean()) if during.any() else 0.5
+    error = float(np.linalg.norm(command - measured)) / max(float(np.linalg.norm(measured)), 1e-300)
+    return cosine(command, measured), float(command @ measured) / max(power, 1e-300), beyond, same, error
+
+
+def cosine(one: Array, other: Array) -> float:
+    """The cosine of two columns; 0 if one of them is 0."""
+    return float(one @ other) / max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-300)
 
 
 def driven(force: Array, u: Array, psi: Array, slow: float) -> int:
@@ -259,6 +289,15 @@ def driven(force: Array, u: Array, psi: Array, slow: float) -> int:
 
 ALIKE, LARGEST_GAIN = 0.6, 2.0
 """Least likeness, a cosine, of a velocity and its command, and the largest ratio of them in loops that work."""
+
+BEYOND, LEAST_CHANGE = 0.5, 0.02
+"""Least likeness of what a steady load leaves of both, and least share of the command's square that it has to leave."""
+
+MOSTLY, LEAST_COMMAND = 0.8, 0.1
+"""Share of the time with a command for which both have one sign, and the share of its root mean square from which it is one."""
+
+CLOSE_BY = 0.5
+"""Difference of velocity and command, relative to the velocity, below which no load explains it."""
 
 ONE_SIDED, ALWAYS = 0.95, 0.9
 """Shares of a force that has one sign, and of the time for which a boat goes the same way."""

@@ -137,10 +137,14 @@ def velocity_effect(recorded: Record, k: int) -> Effect:
     lags = [round(delay / GRID) for delay in DELAYS]
     if len(velocity) < 2 * lags[-1] or math.sqrt(float((velocity**2).mean())) < recorded.slow[k]:
         return Effect(0)
-    found = tracked(smoothed_command(command, motion.width), velocity, lags)
+    constant = np.ones(len(velocity))
+    around = np.column_stack((np.cos(motion.psi), np.sin(motion.psi)))  # a steady current, along the hull
+    load = constant[:, None] if k else around
+    found = tracked(smoothed_command(command, motion.width), velocity, load, lags)
     if found or float((np.diff(command) == 0.0).mean()) < STEPWISE:  # else it may follow from the motion
         return Effect(found)
-    return Effect(effect([command], motion.dr if k else motion.du, velocity, np.ones((len(velocity), 1)), motion.width).sign)
+    rest = constant[:, None] if k else np.column_stack((constant, around))
+    return Effect(effect([command], motion.dr if k else motion.du, velocity, rest, motion.width).sign)
 
 
 def wrench_effect(recorded: Record, k: int) -> Effect:
