@@ -45,6 +45,9 @@ COLUMNS: dict[str, tuple[str, Mapping[str, object]]] = {
 }
 """Scenario and changes of each column; the last one is the change of the moment with noise of 5 cm on x and y."""
 
+NEGLIGIBLE = 1e-5
+"""Errors, m, and changes of the moment, %, below this are shown as 0."""
+
 HEADING_SLOPE = 0.3
 """The printed slope c2 of sigma2, 1/s."""
 
@@ -170,8 +173,16 @@ def result(task: tuple[Row, str], _progress: Callable[[float], None]) -> str:
         return "singular"
     late = len(run.time) * 3 // 4
     if column == NOISY:
-        return f"{100.0 * rms(np.diff(run.wrench[late:, 1])) / c.vessel.yaw_moment_limit:.2g} %"
-    return f"{rms(position_error(run.state, run.reference)[late:]):.2g}"
+        return f"{two_digits(100.0 * rms(np.diff(run.wrench[late:, 1])) / c.vessel.yaw_moment_limit)} %"
+    return two_digits(rms(position_error(run.state, run.reference)[late:]))
+
+
+def two_digits(value: float) -> str:
+    """A number with two significant digits, and 0 for one that is not to be told from it."""
+    if value < NEGLIGIBLE:
+        return "0"
+    text = f"{value:.2g}"
+    return f"{float(text):.0f}" if value >= 10.0 else text
 
 
 def table() -> str:

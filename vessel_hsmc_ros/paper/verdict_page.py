@@ -12,7 +12,7 @@ from vessel_hsmc_ros.paper.reproduction import load
 
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
-SHOWN = {
+CASE_TITLES = {
     "circle": "circle, the paper's case 2",
     "straight": "straight line",
     "slalom_long": "slalom, 800 s",
@@ -36,7 +36,7 @@ def _claims(results: Results) -> str:
 def _cases(results: Results) -> str:
     head = [f"{words}: {what}" for words in LAWS.values() for what in ("position", "heading")]
     lines = [f"| rms over the last quarter | {' | '.join(head)} |", "|---|---|---|---|---|"]
-    for run, words in SHOWN.items():
+    for run, words in CASE_TITLES.items():
         cells = [cell for law in LAWS for cell in _errors(of_law(law, results)[run])]
         lines.append(f"| {words} | {' | '.join(cells)} |")
     return "\n".join(lines)
