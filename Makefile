@@ -56,10 +56,11 @@ demo:  ## set up as far as it needs, run the paper's case 2 with the paper's law
 reproduce: setup  ## run every case of the paper, draw its figures, evaluate its claims
 	@$(BIN)/vessel-hsmc reproduce
 
-verdict: setup  ## as reproduce, and update docs: claims.md, results.json and the figures of verdict.md
+verdict: setup  ## as reproduce, and update docs: claims.md, results.json and the figures of verdict.md and printed_law.md
 	@$(BIN)/vessel-hsmc reproduce --output build/reproduce
 	@cp build/reproduce/claims.md build/reproduce/results.json docs/
-	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md) docs/images/
+	@$(BIN)/python -m vessel_hsmc_ros.paper.verdict_page docs
+	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md docs/printed_law.md) docs/images/
 
 # Three processes share the tests file by file, because fixtures live as long as their file: on two cores one works while others
 # wait for nodes. Each has a ROS domain of its own.

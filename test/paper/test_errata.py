@@ -16,7 +16,7 @@ from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.paper import reproduction
-from vessel_hsmc_ros.paper.case_run import ExactModelLaw
+from vessel_hsmc_ros.paper.special_laws import ExactModelLaw
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

@@ -7,12 +7,16 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import NetworkParameters, activations
+from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.paper import case_run, errata
+from vessel_hsmc_ros.paper.cases import PRINTED, REPAIRED
 from vessel_hsmc_ros.paper.checks import Check, Claim
-from vessel_hsmc_ros.paper.measure import growth_rate, measure
+from vessel_hsmc_ros.paper.measure import Repaired, measure
 from vessel_hsmc_ros.paper.numbers import Numbers
+from vessel_hsmc_ros.paper.reduced import growth_rate
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 VESSEL = replace(VesselParameters(), surge_damping_quadratic=7.0, surge_damping_cubic=3.0).coefficients()
@@ -141,6 +145,20 @@ def test_every_number_of_a_run_is_that_of_its_own_column_and_time(run: Run) -> N
     assert none == set(Numbers.__dataclass_fields__) - set(expected)
 
 
+def test_the_numbers_of_the_repaired_law_have_its_own_gains_and_bounds(run: Run) -> None:
+    g = gains(HierarchicalParameters(), KnownVessel(), 0.01)._replace(eta1=0.5, eta2=0.125, l0=3.0, T_a=4.0)
+    found, printed = measure(run, VESSEL, Repaired(g, GAINS.network)), measure(run, VESSEL, GAINS)
+    d1, d2, d3 = np.abs(run.disturbance).max(axis=0)
+    ahead = np.hypot(3.0, 4.0 * np.max(np.hypot(run.reference[:, 3], run.reference[:, 4])))
+    assert found.yaw_switching_gain_needed == pytest.approx(d2 + ahead * d3)
+    assert found.surge_switching_gain_needed == pytest.approx(d1)
+    assert (found.yaw_switching_gain, found.surge_switching_gain) == (0.5, 0.125)
+    assert found.weighted_sway_surface_late == pytest.approx(rms(CONTROL["sway_surface"][LATE]))
+    assert np.isnan(found.growth_rate)
+    for name in ("position_error_late", "yaw_surface_late", "lyapunov_rising_share", "sway_estimate_error", "weights"):
+        assert getattr(found, name) == getattr(printed, name), name
+
+
 def test_a_prediction_is_compared_with_the_lateral_error_at_its_own_times(run: Run) -> None:
     times = np.array([20.0, 40.0, 99.0])
     predicted = CONTROL["sway_error"][[20, 40, 99]] + np.array([0.5, -0.75, 0.25])
@@ -170,11 +188,11 @@ def test_the_best_of_several_runs_is_the_smallest_below_a_threshold_and_the_larg
     below = Check("time", "b", "duration", below=5.0, unit=" s", also=("a", "c"))
     above = Check("time", "a", "duration", above=8.0, unit=" s", also=("b", "c"))
     assert (below.value(RESULTS), above.value(RESULTS)) == (4.0, 10.0)
-    assert below.measured(RESULTS) == "time 10, 4, 7 s (required of the best: < 5 s)"
-    assert above.measured(RESULTS) == "time 4, 10, 7 s (required of the best: > 8 s)"
+    assert (below.required, below.measured(RESULTS)) == ("time best ≤ 5 s", "10, 4, 7 s")
+    assert (above.required, above.measured(RESULTS)) == ("time best ≥ 8 s", "4, 10, 7 s")
     ratio = Check("ratio", "a", "duration", below=0.3, above=0.1, over=("b", "ended_at"))
     assert ratio.value(RESULTS) == 0.2
-    assert ratio.measured(RESULTS) == "ratio 0.2 (required: < 0.3 and > 0.1)"
+    assert (ratio.required, ratio.measured(RESULTS)) == ("ratio ≤ 0.3 and ≥ 0.1", "0.2")
 
 
 def test_a_claim_is_narrow_by_the_checks_that_decide_it() -> None:
@@ -188,9 +206,10 @@ def test_a_claim_is_narrow_by_the_checks_that_decide_it() -> None:
         (narrow, missed): "no",
     }
     for checks, answer in answers.items():
-        assert Claim("", "", checks).answer(RESULTS) == answer
-    assert Claim("", "", (met,), by_construction=True).answer(RESULTS) == "by construction"
-    assert Claim("", "", (missed,), by_construction=True).answer(RESULTS) == "no"
+        assert Claim("", "", checks).answer(RESULTS, PRINTED) == answer
+    assert Claim("", "", (met,), by_construction=(PRINTED,)).answer(RESULTS, PRINTED) == "by construction"
+    assert Claim("", "", (met,), by_construction=(PRINTED,)).answer(RESULTS, REPAIRED) == "yes"
+    assert Claim("", "", (missed,), by_construction=(PRINTED,)).answer(RESULTS, PRINTED) == "no"
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,9 @@ from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedParameters
-from vessel_hsmc_ros.paper.case_run import ExactModelLaw
-from vessel_hsmc_ros.paper.measure import Surfaces, growth_rate, lateral_error, measure, on_surfaces, reduced_error, settling_time
+from vessel_hsmc_ros.paper.measure import measure, settling_time
+from vessel_hsmc_ros.paper.reduced import Surfaces, growth_rate, lateral_error, on_surfaces, reduced_error
+from vessel_hsmc_ros.paper.special_laws import ExactModelLaw
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

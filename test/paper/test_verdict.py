@@ -10,15 +10,18 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.paper import reproduction
-from vessel_hsmc_ros.paper.cases import CASES, course_learning
+from vessel_hsmc_ros.paper.cases import CASES, PREFIX, PRINTED, REPAIRED, course_learning, of_law
 from vessel_hsmc_ros.paper.claims import CLAIMS
-from vessel_hsmc_ros.paper.reproduction import claims_page
+from vessel_hsmc_ros.paper.claims_page import claims_page
+from vessel_hsmc_ros.paper.numbers import Numbers
+from vessel_hsmc_ros.paper.verdict_page import with_results
 from vessel_hsmc_ros.runs import worker_pool
 
 DOCS = Path(__file__).parents[2] / "docs"
-VERDICT = re.sub(r"\s+", " ", (DOCS / "verdict.md").read_text(encoding="utf-8"))
+PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("verdict", "printed_law")}
+VERDICT, PRINTED_LAW = (re.sub(r"\s+", " ", text) for text in PAGES.values())
 RESULTS = reproduction.load(DOCS / "results.json")
-CHEAP = ("circle_60", "circle_50_hz", "straight_a_1")
+CHEAP = ("circle_60", "circle_50_hz", "straight_a_1", "repaired_circle_60")
 FINAL, LATE, STEP = "position_error_final", "heading_error_late_deg", "yaw_moment_step"
 SECOND, NEAR = "heading_error_second_half_deg", "position_error_late"
 AXES = ("surge", "sway", "yaw")
@@ -115,39 +118,84 @@ QUOTES = [
 
 
 @pytest.mark.parametrize("quote", QUOTES, ids=lambda quote: quote[0])
-def test_the_verdict_quotes_the_results(quote: tuple[Any, ...]) -> None:
+def test_the_page_of_the_printed_law_quotes_the_results(quote: tuple[Any, ...]) -> None:
     text, *numbers = quote
-    assert text.format(*(abs(getattr(RESULTS[run], number)) for run, number in numbers)) in VERDICT
+    assert text.format(*(abs(getattr(RESULTS[run], number)) for run, number in numbers)) in PRINTED_LAW
 
 
-def test_the_derived_numbers_of_the_verdict_follow_from_the_results() -> None:
-    holding = sum(claim.holds(RESULTS) for claim in CLAIMS)
-    constructed = sum(claim.by_construction for claim in CLAIMS if claim.holds(RESULTS))
-    assert (
-        f"evaluates {len(CLAIMS)} claims of the paper against thresholds: {holding} hold, {constructed} of these by construction"
-        in VERDICT
-    )
-    assert f"a doubling in {math.log(2.0) / RESULTS['circle'].growth_rate:.0f} s" in VERDICT
+def test_the_derived_numbers_of_the_printed_law_follow_from_the_results() -> None:
+    assert f"a doubling in {math.log(2.0) / RESULTS['circle'].growth_rate:.0f} s" in PRINTED_LAW
     peaks = [1e-6 * RESULTS[run].yaw_moment_peak for run in ("course_pd_stiff", "course")]
-    assert "with a peak of {:.1f} MN·m instead of {:.0f} MN·m".format(*peaks) in VERDICT
+    assert "with a peak of {:.1f} MN·m instead of {:.0f} MN·m".format(*peaks) in PRINTED_LAW
     errors = [RESULTS[f"course_pd{kind}_disturbed"] for kind in ("_stiff", "")]
     shares = [100.0 * each.heading_error_second_half_deg / each.heading_reference_second_half_deg for each in errors]
-    assert "is {:.1f} % of the oscillation instead of {:.1f} %".format(*shares) in VERDICT
+    assert "is {:.1f} % of the oscillation instead of {:.1f} %".format(*shares) in PRINTED_LAW
     rising = 100.0 * RESULTS["circle_exact"].lyapunov_rising_share
-    assert f"V rises in {rising:.1f} % of the periods" in VERDICT
+    assert f"V rises in {rising:.1f} % of the periods" in PRINTED_LAW
     known = RESULTS["circle_exact"]
-    assert f"S1 is then at {known.yaw_surface_late / known.yaw_surface_start:.1e} of its start" in VERDICT
+    assert f"S1 is then at {known.yaw_surface_late / known.yaw_surface_start:.1e} of its start" in PRINTED_LAW
     smaller = RESULTS["circle_switching_0.1"].yaw_surface_late / RESULTS["circle_60"].yaw_surface_late
-    assert f"S1 falls to {smaller:.3f} at η = 0.1" in VERDICT
+    assert f"S1 falls to {smaller:.3f} at η = 0.1" in PRINTED_LAW
     reached = RESULTS["circle"].surge_surface_late / RESULTS["circle"].surge_surface_start
-    assert f"S2 → 0 ({reached:.4f} of the start" in VERDICT
-    assert f"{1.0 - RESULTS['circle_60'].activation_spread:.2f} to 1" in VERDICT
+    assert f"S2 → 0 ({reached:.4f} of the start" in PRINTED_LAW
+    assert f"{1.0 - RESULTS['circle_60'].activation_spread:.2f} to 1" in PRINTED_LAW
     assert abs(RESULTS["stabilisation"].heading_error_final_deg) < 0.006
     assert RESULTS["straight_a_0.1"].singularity_share > 0.999
 
 
-def test_every_link_and_picture_of_the_verdict_exists() -> None:
-    for target in re.findall(r"\]\(([^)#]+)\)", (DOCS / "verdict.md").read_text(encoding="utf-8")):
+def test_the_numbers_of_the_verdict_are_the_generated_ones() -> None:
+    assert PAGES["verdict"] == with_results(PAGES["verdict"], RESULTS)
+    assert re.findall(r"<!-- generated: (\w+) -->", PAGES["verdict"]) == ["claims", "cases", "ablations", "networks", "bounds"]
+    peaks = 1e-6 * RESULTS["circle"].surge_force_peak, 1e-9 * RESULTS["circle"].yaw_moment_peak
+    assert "printed law is {:.0f} MN and {:.1f} GN·m".format(*peaks) in VERDICT
+
+
+def test_the_counts_of_claims_in_prose_follow_from_the_results() -> None:
+    counts = [sum(claim.holds(of_law(law, RESULTS)) for claim in CLAIMS) for law in (PRINTED, REPAIRED)]
+    readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    assert f"evaluates {len(CLAIMS)} claims: {counts[0]} hold as printed, {counts[1]} repaired" in readme
+    assert f"evaluates {len(CLAIMS)} claims" in VERDICT
+    assert f"{counts[0]} claims hold, 2 of these" in PRINTED_LAW
+
+
+def test_errors_are_shown_as_lengths_of_two_digits() -> None:
+    results = {case.name: Numbers(position_error_late=0.0123, heading_error_late_deg=0.123) for case in CASES}
+    results["circle"] = Numbers(position_error_late=123.4, heading_error_late_deg=97.4)
+    results[PREFIX + "circle"] = Numbers(position_error_late=0.234, heading_error_late_deg=9.96)
+    page = with_results("<!-- generated: cases -->\n<!-- end -->", results)
+    assert "case 2 | 123 m | 97° | 0.23 m | 10° |" in page
+    assert "straight line | 12 mm | 0.12° | 12 mm | 0.12° |" in page
+
+
+def test_the_verdict_names_every_claim_that_the_repaired_law_misses() -> None:
+    missed = [claim.statement for claim in CLAIMS if not claim.holds(of_law(REPAIRED, RESULTS))]
+    impossible = [claim for claim in CLAIMS if "no law" in claim.remark]
+    assert len(missed) == 2 + 6
+    assert {claim.statement for claim in impossible} <= set(missed)
+    assert len(impossible) == 2
+
+
+def test_the_table_of_ablations_agrees_with_the_results() -> None:
+    """Its first row is the law of the results, and one neuron gives the same digits as 27."""
+    rows = [[cell.strip() for cell in line.split("|")[2:-1]] for line in PAGES["verdict"].splitlines() if line.startswith("| ")]
+    cells = {row[0]: row[1:] for row in rows}
+    whole = [
+        RESULTS[PREFIX + run].position_error_late
+        for run in ("circle", "straight", "slalom", "stabilisation", "stabilisation_calm")
+    ]
+    assert cells["nothing"][: len(whole)] == [f"{value:.2g}" for value in whole]
+    assert cells["one neuron instead of 27"] == cells["nothing"]
+    assert cells["no networks"][0] == f"{RESULTS[PREFIX + 'circle_no_learning'].position_error_late:.2g}"
+
+
+def test_the_verdict_fits_a_page() -> None:
+    prose = [line for line in PAGES["verdict"].splitlines() if not line.startswith(("|", "<!--", "!["))]
+    assert len(" ".join(prose).split()) < 900
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_every_link_and_picture_of_the_page_exists(page: str) -> None:
+    for target in re.findall(r"\]\(([^)#]+)\)", PAGES[page]):
         assert (DOCS / target).exists(), target
 
 

@@ -1,36 +1,25 @@
 """Run and measure one case of the paper, offline or by the nodes."""
 
 import dataclasses
-import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.law.kernel_law import KernelLaw
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical_printed import (
-    Gains,
-    HierarchicalPrintedController,
-    HierarchicalPrintedParameters,
-    StepTerms,
-    control,
-    gains,
-)
-from vessel_hsmc_ros.paper.cases import Case
-from vessel_hsmc_ros.paper.measure import measure, reduced_error
+from vessel_hsmc_ros.laws.hierarchical_parameters import gains
+from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedController, HierarchicalPrintedParameters
+from vessel_hsmc_ros.paper.cases import PRINTED, REPAIRED, Case
+from vessel_hsmc_ros.paper.measure import LawNumbers, Repaired, measure
 from vessel_hsmc_ros.paper.numbers import NAN, Numbers
-from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
+from vessel_hsmc_ros.paper.reduced import reduced_error
+from vessel_hsmc_ros.paper.special_laws import AlteredLaw, ExactModelLaw, ExactRepairedLaw
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -45,6 +34,9 @@ FIRST, STRIDE = 300, 10
 """A figure needs each of the first samples, where the transient is fast, and then every tenth."""
 
 RATES = (PLANT, REFERENCE, CONTROLLER)
+
+NO_PREDICTION: tuple[Array, Array] = (np.empty(0), np.empty(0))
+"""What the reduced dynamics predict of a run that they do not describe."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -152,10 +144,19 @@ def evaluate_case(case: Case, scenario: Scenario, run: Run, ended_at: float = NA
         The measured numbers, the thinned arrays and the prediction of the reduced dynamics.
     """
     vessel = scenario.vessel_sim.vessel.coefficients()
-    gains = scenario.controller.hierarchical_printed if scenario.controller.law == "hierarchical_printed" else None
-    reduced = (np.empty(0), np.empty(0)) if gains is None else reduced_error(run, vessel, gains)
-    numbers = dataclasses.replace(measure(run, vessel, gains, reduced), ended_at=ended_at)
-    return CaseResult(numbers, thinned(run), (np.empty(0), np.empty(0)) if case.ends else reduced)
+    law = law_numbers(case, scenario)
+    reduced = reduced_error(run, vessel, law) if isinstance(law, HierarchicalPrintedParameters) else NO_PREDICTION
+    numbers = dataclasses.replace(measure(run, vessel, law, reduced), ended_at=ended_at)
+    return CaseResult(numbers, thinned(run), NO_PREDICTION if case.ends else reduced)
+
+
+def law_numbers(case: Case, scenario: Scenario) -> LawNumbers:
+    """What the surfaces of a run are measured with: the parameters of the law as printed, the constants of the repaired one."""
+    controller = scenario.controller
+    if controller.law == REPAIRED:
+        constants = gains(controller.hierarchical, controller.vessel, 1.0 / controller.rate_hz)._replace(**case.constants)
+        return Repaired(constants, controller.hierarchical.network)
+    return controller.hierarchical_printed if controller.law == PRINTED else None
 
 
 def thinned(run: Run) -> Run:
@@ -182,6 +183,11 @@ def make_case_folder(parent: Path, case: Case) -> RunFolder:
 def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
     """The law of a case for which no scenario exists; None for the scenario's own law."""
     controller, vessel = scenario.controller, scenario.vessel_sim.vessel.coefficients()
+    if controller.law == REPAIRED:
+        numbers = controller.hierarchical, controller.vessel, 1.0 / controller.rate_hz
+        if case.exact:
+            return ExactRepairedLaw(*numbers, vessel)
+        return AlteredLaw(*numbers, case.constants) if case.constants else None
     if case.exact:
         return ExactModelLaw(controller.hierarchical_printed, controller.vessel, vessel)
     if case.rate_hz:
@@ -189,53 +195,3 @@ def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
         # uses it.
         return HierarchicalPrintedController(controller.hierarchical_printed, controller.vessel, 0.01)
     return None
-
-
-class ExactConstants(NamedTuple):
-    """Gains, and the coefficients of the ship."""
-
-    gains: Gains
-    ship: Vessel
-
-
-class ExactMemory(NamedTuple):
-    """The outputs of the networks in the place of weights: each is one neuron, constantly active, shape (3, 1)."""
-
-    W: NDArray[np.float64]
-
-
-@kernel
-def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: ExactMemory, constants: ExactConstants
-) -> tuple[tuple[float, float], StepTerms, ExactMemory]:
-    """The wrench (22), (28) with exact network outputs; see `KernelLaw`."""
-    f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, constants.ship)
-    m.W[0, 0], m.W[1, 0], m.W[2, 0] = f_u, f_v, f_r
-    wrench, terms = control(motion, desired, acceleration, Estimates(f_u, f_v, f_r), constants.gains)
-    return wrench, terms, m
-
-
-class ExactModelLaw(KernelLaw[HierarchicalPrintedParameters]):
-    """(16) to (28) with f_u, f_v, f_r of (7) in the place of the networks' outputs.
-
-    Args:
-        parameters: Gains of the law; its networks are not used.
-        known: The model parameters that the law knows.
-        vessel: The plant's coefficients.
-    """
-
-    kernel = staticmethod(step)
-    terms = StepTerms
-    networks = ("surge", "sway", "yaw")
-
-    def __init__(self, parameters: HierarchicalPrintedParameters, known: KnownVessel, vessel: Vessel) -> None:
-        self._ship = vessel
-        super().__init__(parameters, known, math.nan)  # nothing adapts, so there is no period
-
-    def retune(self, parameters: HierarchicalPrintedParameters) -> None:
-        """Replace the gains."""
-        self.constants = ExactConstants(gains(parameters, self.vessel, self.period), self._ship)
-
-    def reset(self) -> None:
-        """There is no state to reset."""
-        self.memory = ExactMemory(np.zeros((3, 1)))

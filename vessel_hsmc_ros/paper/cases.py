@@ -1,7 +1,15 @@
-"""The runs that reproduce the paper: its cases as printed, and variations that explain their results."""
+"""The runs that reproduce the paper with both forms of its law: its cases, and variations that explain their results."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
+
+from vessel_hsmc_ros.law.known_vessel import INSTANT
+from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
+
+PRINTED, REPAIRED = "hierarchical_printed", "hierarchical"
+LAWS = {PRINTED: "printed", REPAIRED: "repaired"}
+"""Both forms of the law, and what the pages call them."""
 
 CALM: Mapping[str, object] = {
     "vessel_sim.disturbance.periodic.surge_force": 0.0,
@@ -50,6 +58,7 @@ class Case:
         exact: Replace the networks by the exact model of the ship; offline only.
         rate_hz: Run all nodes at this rate although the law is unstable there; offline only.
         ends: The run is expected to diverge before its end; offline only.
+        constants: Constants of the repaired law, by their symbols, that replace those of its parameters; offline only.
     """
 
     name: str
@@ -59,11 +68,12 @@ class Case:
     exact: bool = False
     rate_hz: float = 0.0
     ends: bool = False
+    constants: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def by_nodes(self) -> bool:
         """Whether the nodes can run it."""
-        return not (self.exact or self.rate_hz or self.ends)
+        return not (self.exact or self.rate_hz or self.ends or self.constants)
 
 
 DURATION = "vessel_sim.duration"
@@ -89,7 +99,7 @@ def course_learning(gain: float) -> str:
     return f"course_disturbed_learning_{gain:g}"
 
 
-CASES: tuple[Case, ...] = (
+PRINTED_CASES: tuple[Case, ...] = (
     Case("course", "course, sliding mode and networks, calm", "case1_course"),
     Case("course_disturbed", "course, sliding mode and networks, disturbed", "case1_course_disturbed"),
     Case("course_pd", "course, PD, calm", "case1_pd"),
@@ -162,3 +172,74 @@ CASES: tuple[Case, ...] = (
     Case("circle_50_hz", "circle at 50 Hz, reaching gain times period 2", TRACKING, rate_hz=50.0, ends=True),
     Case("circle_60_hz", "circle at 60 Hz, reaching gain times period 1.67", TRACKING, SHORT, rate_hz=60.0, ends=True),
 )
+
+
+# The forces of the paper act at once, and the repaired law is told so: it need not identify the actuators.
+TOLD: Mapping[str, object] = {
+    "controller.law": REPAIRED,
+    "controller.hierarchical.actuator_identification": False,
+    **{f"controller.vessel.{name}": value for name, value in INSTANT.items()},
+}
+PREFIX = "repaired_"
+"""What precedes the name of a case where it is run with the repaired law."""
+
+NO_NETWORKS = dict.fromkeys(("lam", "gamma1", "gamma2", "gamma3"), 0.0)
+# sgn, and a gain that dominates all that networks would compensate, as in the case of the printed law.
+PLAIN = {**NO_NETWORKS, "phi1": 1e-9, "phi2": 1e-9, "eta1": ETA_WITHOUT_NETWORKS, "eta2": ETA_WITHOUT_NETWORKS}
+LARGER_ETA = {"circle_switching_0.1": 3.0, f"circle_switching_{ETA_OF_34:g}": 10.0, "circle_switching_2": 30.0}
+"""Factors of the repaired law's switching gains, which meet (34) themselves, by the case of the printed law."""
+
+BY_NAME = {case.name: case for case in PRINTED_CASES}
+
+
+def repaired(name: str, changes: Mapping[str, object] | None = None, constants: Mapping[str, float] | None = None) -> Case:
+    """A case of the printed law with the repaired one.
+
+    Args:
+        name: Name of the case of the printed law.
+        changes: What replaces its changes of parameters that the repaired law does not have.
+        constants: Replaced constants of the repaired law.
+    """
+    case = BY_NAME[name]
+    changes = case.changes if changes is None else changes
+    return replace(
+        case, name=PREFIX + name, title=f"repaired: {case.title}", changes={**TOLD, **changes}, constants=constants or {}
+    )
+
+
+def multiplied(factor: float, *names: str) -> Mapping[str, object]:
+    """Multiply parameters of the repaired law by a factor, over the first minute."""
+    default = HierarchicalParameters()
+    return {**SHORT, **{f"controller.hierarchical.{name}": factor * getattr(default, name) for name in names}}
+
+
+SWITCHING_GAINS = "yaw_switching_gain", "surge_switching_gain"
+
+REPAIRED_CASES: tuple[Case, ...] = (
+    *map(repaired, ("circle", "straight", "slalom", "slalom_long", "stabilisation", "stabilisation_calm", "circle_calm")),
+    *map(repaired, ("straight_calm", "circle_weak_hull", "circle_stiff_hull", "circle_60", "circle_exact", "circle_exact_calm")),
+    repaired("circle_no_learning", {}, NO_NETWORKS),
+    repaired("circle_no_learning_60", SHORT, NO_NETWORKS),
+    repaired("circle_no_learning_switching", SHORT, PLAIN),
+    repaired("circle_steep", multiplied(2.0, "approach_rate")),
+    *(repaired(name, multiplied(factor, *SWITCHING_GAINS)) for name, factor in LARGER_ETA.items()),
+)
+
+CASES = (*PRINTED_CASES, *REPAIRED_CASES)
+
+Outcome = TypeVar("Outcome")
+
+
+def of_law(law: str, outcomes: Mapping[str, Outcome]) -> dict[str, Outcome]:
+    """The outcomes of the cases of one form of the law, by the names that its cases have for the law as printed.
+
+    Case 1 is the same for both: it controls the course alone, by other laws.
+
+    Args:
+        law: PRINTED or REPAIRED.
+        outcomes: The outcomes of all cases, by name.
+    """
+    if law == PRINTED:
+        return {name: found for name, found in outcomes.items() if not name.startswith(PREFIX)}
+    own = {name.removeprefix(PREFIX): found for name, found in outcomes.items() if name.startswith(PREFIX)}
+    return {name: found for name, found in outcomes.items() if name.startswith("course")} | own

@@ -1,4 +1,7 @@
-"""Tests of claims: measured numbers of runs compared with thresholds, all of which must be met."""
+"""Tests of claims: measured numbers of runs compared with thresholds, all of which must be met.
+
+The same check serves both forms of the law: it takes the numbers of the runs of one of them, `cases.of_law`.
+"""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +10,7 @@ from dataclasses import dataclass
 from vessel_hsmc_ros.paper.numbers import Numbers
 
 Results = Mapping[str, Numbers]
-"""The numbers of every run, by its name."""
+"""The numbers of every run of one form of the law, by its name."""
 
 NARROW = 1.3
 """A value within this factor of its threshold meets or misses it narrowly: another threshold could change the answer."""
@@ -20,10 +23,10 @@ class Check:
     Attributes:
         quantity: What is measured.
         run, number: Name of the run and of its number.
-        below, above: Upper and lower threshold; at least one is given. NaN meets none.
+        below, above: Upper and lower threshold, which the value may equal; at least one is given. NaN meets none.
         unit: Unit of the number, with a leading space where one is written.
         over: Divide by this number of this run.
-        also: Runs with other values of a gain that the paper does not give; the best of all runs counts.
+        also: Runs with other values of a gain that the paper does not give, where the law has them; the best of all runs counts.
     """
 
     quantity: str
@@ -36,9 +39,10 @@ class Check:
     also: tuple[str, ...] = ()
 
     def values(self, results: Results) -> list[float]:
-        """The measured value of each run."""
+        """The measured value of each run; infinite where the number to divide by is zero."""
+        runs = [self.run, *(run for run in self.also if run in results)]
         divisor: float = 1.0 if self.over is None else getattr(results[self.over[0]], self.over[1])
-        return [getattr(results[run], self.number) / divisor for run in (self.run, *self.also)]
+        return [getattr(results[run], self.number) / divisor if divisor else math.inf for run in runs]
 
     def value(self, results: Results) -> float:
         """The measured value; of several, the best; NaN if none exists."""
@@ -50,19 +54,22 @@ class Check:
         """Whether the thresholds are met."""
         value = self.value(results)
         # Comparisons with NaN are false, so a number that does not exist meets no threshold.
-        return (self.below is None or value < self.below) and (self.above is None or value > self.above)
+        return (self.below is None or value <= self.below) and (self.above is None or value >= self.above)
 
     def narrow(self, results: Results) -> bool:
         """Whether the value is within a factor of NARROW of a threshold."""
         value = self.value(results)
         return any(limit is not None and limit / NARROW < value < limit * NARROW for limit in (self.below, self.above))
 
+    @property
+    def required(self) -> str:
+        """What is measured and its thresholds, for people."""
+        limits = [f"{sign} {limit:g}{self.unit}" for sign, limit in (("≤", self.below), ("≥", self.above)) if limit is not None]
+        return f"{self.quantity} {'best ' if self.also else ''}{' and '.join(limits)}"
+
     def measured(self, results: Results) -> str:
-        """The measured values and their thresholds, for people."""
-        limits = [f"{sign} {limit:g}{self.unit}" for sign, limit in (("<", self.below), (">", self.above)) if limit is not None]
-        required = "required of the best" if self.also else "required"
-        values = ", ".join(formatted(value) for value in self.values(results))
-        return f"{self.quantity} {values}{self.unit} ({required}: {' and '.join(limits)})"
+        """The measured values, for people."""
+        return ", ".join(formatted(value) for value in self.values(results)) + self.unit
 
 
 @dataclass(frozen=True)
@@ -73,28 +80,33 @@ class Claim:
         place: Section, equation or figure of the paper.
         statement: The claim, paraphrased.
         checks: All of these must hold.
-        by_construction: It holds because a gain that the paper does not give was chosen so that it does.
-        remark: What the answer depends on, or what limits its meaning.
+        by_construction: The forms of the law for which it holds because the law was made so that it does.
+        remark: What the answers depend on, or what limits their meaning.
     """
 
     place: str
     statement: str
     checks: tuple[Check, ...]
-    by_construction: bool = False
+    by_construction: tuple[str, ...] = ()
     remark: str = ""
 
     def holds(self, results: Results) -> bool:
         """Whether every check holds."""
         return all(check.holds(results) for check in self.checks)
 
-    def answer(self, results: Results) -> str:
-        """Whether it holds, in words: by construction, and whether narrowly."""
+    def answer(self, results: Results, law: str) -> str:
+        """Whether it holds for a form of the law, in words: by construction, and whether narrowly."""
         missed = [check for check in self.checks if not check.holds(results)]
-        if self.by_construction and not missed:
+        if law in self.by_construction and not missed:
             return "by construction"
         # A claim holds narrowly if one of its checks does, and is missed narrowly if no check misses by more.
         narrow = all(c.narrow(results) for c in missed) if missed else any(c.narrow(results) for c in self.checks)
         return ("no" if missed else "yes") + (", narrowly" if narrow else "")
+
+    @property
+    def required(self) -> str:
+        """What all checks require, for people."""
+        return "; ".join(check.required for check in self.checks)
 
     def measured(self, results: Results) -> str:
         """The measured values of all checks, for people."""
@@ -103,4 +115,4 @@ class Claim:
 
 def formatted(value: float) -> str:
     """A number with three significant digits; `never` for NaN, the value of a time that does not exist."""
-    return "never" if math.isnan(value) else f"{value:.3g}"
+    return "never" if math.isnan(value) else f"{value:.3g}".replace("inf", "∞")

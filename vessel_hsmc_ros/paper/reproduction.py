@@ -9,10 +9,11 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.paper.case_run import CaseResult, duration_of, make_case_folder, run_case_by_nodes, simulate_case
-from vessel_hsmc_ros.paper.cases import CASES, Case
-from vessel_hsmc_ros.paper.checks import NARROW, Claim, Results, formatted
+from vessel_hsmc_ros.paper.cases import CASES, LAWS, Case, of_law
+from vessel_hsmc_ros.paper.checks import Claim, Results
 from vessel_hsmc_ros.paper.claims import CLAIMS
-from vessel_hsmc_ros.paper.errata import FINDINGS, Finding
+from vessel_hsmc_ros.paper.claims_page import claims_page
+from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.paper.numbers import Numbers
 from vessel_hsmc_ros.runs import scenario_run, worker_pool
 
@@ -95,20 +96,20 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
         described[case.name] = {
             "title": case.title,
             "scenario": case.scenario,
-            "changes": dict(case.changes),
+            "changes": {name: _finite(value) for name, value in case.changes.items()},
+            **({"constants": dict(case.constants)} if case.constants else {}),
             "numbers": {name: value for name, value in numbers.items() if not math.isnan(value)},
         }
     document = {
         "cases": described,
         "claims": [
             {
-                "place": c.place,
-                "claim": c.statement,
-                "measured": c.measured(results),
-                "holds": c.holds(results),
-                "answer": c.answer(results),
+                "place": claim.place,
+                "claim": claim.statement,
+                "required": claim.required,
+                **{words: _outcome(claim, law, results) for law, words in LAWS.items()},
             }
-            for c in CLAIMS
+            for claim in CLAIMS
         ],
         "findings": [
             {
@@ -136,67 +137,11 @@ def load(path: Path) -> dict[str, Numbers]:
         raise RunError(f"results {path} cannot be read: {error}") from None
 
 
-def _finite(value: float) -> float | None:
-    return None if math.isnan(value) else value
+def _outcome(claim: Claim, law: str, results: Results) -> dict[str, Any]:
+    own = of_law(law, results)
+    return {"measured": claim.measured(own), "holds": claim.holds(own), "answer": claim.answer(own, law)}
 
 
-Rows = list[tuple[str, ...]]
-
-_PAGE = """\
-# The paper's claims, measured
-
-Written by `vessel-hsmc reproduce`. *Last quarter*: errors are root mean squares over the last quarter of a run unless stated
-otherwise. The thresholds in parentheses are ours; *narrowly* means within {narrow:.0f} % of one. Where the paper does not give a
-gain, several values are listed and the best one counts. [verdict.md](verdict.md) explains the results.
-
-{count}.
-
-{claims}
-
-# The results of an independent prototype, and ours
-
-An earlier prototype of the law measured these; its adaptation gains, PD gains and course are not known.
-
-{findings}
-"""
-
-
-def claims_page(results: Results) -> str:
-    """Both tables, in Markdown."""
-    claims: Rows = [("where", "claim", "measured", "holds", "remark")]
-    claims += [(c.place, c.statement, c.measured(results), _answer(c, results), c.remark) for c in CLAIMS]
-    findings: Rows = [("what", "prototype", "here", "ratio", "")]
-    findings += [finding_row(finding, results) for finding in FINDINGS]
-    tables = {"claims": _markdown(claims), "findings": _markdown(findings)}
-    return _PAGE.format(count=claims_that_hold(results), narrow=100.0 * (NARROW - 1.0), **tables)
-
-
-def claims_that_hold(results: Results) -> str:
-    """How many claims hold, and how many of these by construction."""
-    holding = [claim for claim in CLAIMS if claim.holds(results)]
-    constructed = sum(claim.by_construction for claim in holding)
-    return f"{len(holding)} of {len(CLAIMS)} claims hold, {constructed} of these by construction"
-
-
-def claim_row(claim: Claim, results: Results) -> tuple[str, str, str]:
-    """A claim for the terminal: place, statement, whether it holds."""
-    return claim.place, claim.statement, _answer(claim, results)
-
-
-def finding_row(finding: Finding, results: Results) -> tuple[str, ...]:
-    """A number of the prototype and ours: quantity, prototype, here, ratio, remark."""
-    value = finding.measured(results)
-    # An unexplained difference is reported too.
-    remark = "" if finding.agrees(results) else f"differs{': ' if finding.reason else ''}{finding.reason}"
-    prototype = f"{finding.prototype:g}{finding.unit}"
-    return finding.quantity, prototype, f"{formatted(value)}{finding.unit}", f"{value / finding.prototype:.2f}", remark
-
-
-def _answer(claim: Claim, results: Results) -> str:
-    answer = claim.answer(results)
-    return answer if claim.holds(results) else f"**{answer}**"
-
-
-def _markdown(rows: Rows) -> str:
-    lines = ["| " + " | ".join(row) + " |" for row in rows]
-    return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
+def _finite(value: object) -> object:
+    """A value that JSON can hold."""
+    return value if not isinstance(value, float) or math.isfinite(value) else str(value)
