@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 
-import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli.command import cli
@@ -52,11 +51,3 @@ def test_the_executable_names_the_condition_that_a_cybership_fails(tmp_path) -> 
     assert "no certificate of the hierarchical law under way: course by heading (1 + lam·D)/K must exceed 1" in " ".join(
         (done.stdout + done.stderr).split()
     )
-
-
-@pytest.mark.parametrize("name", ["boat", "model"])
-def test_init_ends_with_the_certificate_or_the_condition_that_fails(tmp_path, name: str) -> None:
-    vessel = {"boat": ["--length", "3"], "model": ["--vessel", "cybership2"]}[name]
-    text = CliRunner().invoke(cli, ["init", str(tmp_path / name), *vessel], catch_exceptions=False, standalone_mode=False).output
-    assert "the hierarchical law under way" in text.splitlines()[-3]
-    assert "the hierarchical law at rest" in text.splitlines()[-2]

@@ -137,7 +137,7 @@ def test_under_a_hull_fixed_sway_force_the_vessel_circles_at_the_root_of_a_cubic
     z1, z2, speed = sp.symbols("z1 z2 v", positive=True)
     turn = (c * z2 + speed) / l0
     found = sp.solve(turn * z1 - speed, z1)[0]
-    cubic = sp.numer(sp.together(c * found - turn * z2))
+    cubic = sp.fraction(sp.together(c * found - turn * z2))[0]
     assert (
         sp.expand(cubic * sp.sign(sp.Poly(cubic, z2).LC()) + (z2 * (c * z2 + speed) ** 2 - c * l0**2 * speed)) == 0
         or sp.expand(cubic - (c * l0**2 * speed - z2 * (c * z2 + speed) ** 2)) == 0
