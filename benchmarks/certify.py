@@ -19,6 +19,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.laws.hierarchical_parameters import gains
 from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
@@ -35,8 +36,9 @@ WAITING, SETTLINGS, PATIENCE = 150.0, 8.0, 15.0
 
 
 class Run(NamedTuple):
-    """A hull drawn from the box of a certificate."""
+    """A hull drawn from the box of a certificate, whose number is given."""
 
+    certificate: int
     mode: str
     bound: float
     scenario: Scenario
@@ -49,14 +51,14 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=2000, help="simulated runs")
     parser.add_argument("--hulls", type=int, default=10, help="hulls drawn from the box of each certificate")
     arguments = parser.parse_args()
-    console, random = Console(width=130), np.random.default_rng(arguments.seed)
+    console, random = Console(width=160), np.random.default_rng(arguments.seed)
     runs: list[Run] = []
     none = dict.fromkeys(MODES, 0)
     for i in track(range(arguments.count // arguments.hulls), "certifying", console=console):
         mode = [*MODES][i % len(MODES)]
         while not (found := certified(mode, random)):
             none[mode] += 1
-        runs += drawn(mode, *found, arguments.hulls, random)
+        runs += (Run(i, mode, found[1], each) for each in drawn(mode, found[0], arguments.hulls, random))
     with console.status("simulating"):
         outcomes = simulate_many((run.scenario for run in runs), workers=None)
     console.print(table(runs, outcomes, none))
@@ -109,7 +111,7 @@ def changes(scenario: Scenario, mode: str, random: np.random.Generator) -> dict[
     }
 
 
-def drawn(mode: str, scenario: Scenario, bound: float, count: int, random: np.random.Generator) -> Iterator[Run]:
+def drawn(mode: str, scenario: Scenario, count: int, random: np.random.Generator) -> Iterator[Scenario]:
     """Runs of hulls of the box, with loads from any direction."""
     sim = scenario.vessel_sim
     wind, current = sim.disturbance.earth_fixed, sim.disturbance.current
@@ -124,19 +126,35 @@ def drawn(mode: str, scenario: Scenario, bound: float, count: int, random: np.ra
             seed=int(random.integers(1 << 30)),
             initial_pose=(0.0, 0.0, float(heading) if mode == "goal" else 0.0),
         )
-        yield Run(mode, bound, replace(scenario, vessel_sim=changed))
+        yield replace(scenario, vessel_sim=changed)
 
 
 def table(runs: list[Run], outcomes: list[Outcome], none: dict[str, int]) -> Table:
-    """The bound relative to the largest error of each reference."""
-    found = Table("reference", "runs", "vessels left out", "exceeded", "bound / error: median", "90 %", "within the factor")
+    """The bound relative to the largest error of each hull, and of the worst hull of each certificate."""
+    found = Table(
+        "reference", "runs", "left out", "exceeded", "bound/error", "within the factor", "bound/worst hull's", "within it"
+    )
     for mode, factor in MODES.items():
-        errors = [(run, outcome.metrics) for run, outcome in zip(runs, outcomes, strict=True) if run.mode == mode]
-        ratios = np.array([run.bound / metrics.position_error_peak_last_quarter if metrics else 0.0 for run, metrics in errors])
-        within = np.mean((ratios >= 1.0) & (ratios <= factor))
-        cells = [f"{np.median(ratios):.2f}", f"{np.quantile(ratios, 0.9):.2f}", f"{100.0 * within:.1f} % within {factor:g}"]
-        found.add_row(mode, f"{len(ratios)}", f"{none[mode]}", f"{np.sum(ratios < 1.0)}", *cells)
+        errors: dict[int, list[float]] = {}
+        for run, outcome in zip(runs, outcomes, strict=True):
+            if run.mode == mode:
+                metrics = outcome.metrics
+                ratio = run.bound / metrics.position_error_peak_last_quarter if metrics else 0.0
+                errors.setdefault(run.certificate, []).append(ratio)
+        each, worst = np.concatenate([*errors.values()]), np.array([min(ratios) for ratios in errors.values()])
+        cells = [cell for ratios in (each, worst) for cell in (spread(ratios), share(ratios, factor))]
+        found.add_row(mode, f"{len(each)}", f"{none[mode]}", f"{np.sum(each < 1.0)}", *cells)
     return found
+
+
+def spread(ratios: Array) -> str:
+    """Median and ninth decile."""
+    return f"median {np.median(ratios):.2f}, 90 % {np.quantile(ratios, 0.9):.2f}"
+
+
+def share(ratios: Array, factor: float) -> str:
+    """How many are from 1 to a factor."""
+    return f"{100.0 * np.mean((ratios >= 1.0) & (ratios <= factor)):.0f} % within {factor:g}"
 
 
 if __name__ == "__main__":
