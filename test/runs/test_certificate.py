@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.laws.hierarchical_linear import TAU_2, Mean, dead_time, linearise, poles, steady
+from vessel_hsmc_ros.laws.hierarchical_linear import TAU_2, Mean, at_rest, dead_time, linearise, poles, steady
 from vessel_hsmc_ros.runs.certificate import Part, at_a_point, limits_of, under_way
 from vessel_hsmc_ros.runs.certified_case import BOX, box, case_of, hull_at, in_box, sway_of
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
@@ -93,6 +93,16 @@ def test_the_linearised_law_has_the_poles_of_the_closed_form_where_its_surfaces_
     found = np.linalg.eigvals(linearise(g, hull, steady(hull, U, 0.0, Mean()), (1e-4, 1e-4), 20.0).A[:14, :14])
     for root in np.roots([lam, lam * D + 1.0 - K, D + g.c * (1.0 - K), g.c * D]):
         assert np.min(np.abs(found - root)) < 0.03 * abs(root)
+
+
+def test_at_rest_the_bow_turns_into_the_wind_or_current_and_nowhere_else() -> None:
+    hull, F = hull_at(boat().vessel_sim.vessel.coefficients(), 0.0), 0.1 * boat().controller.vessel.surge_force_limit
+    for mean in (Mean((F, 0.0)), Mean(current=(0.2, 0.0)), Mean((F, 0.0), 0.0, (0.2, 0.0))):
+        (at,) = at_rest(hull, mean)
+        assert abs(at.motion.psi) == pytest.approx(math.pi, abs=1e-6)
+        assert at.wrench[0] > 0.0
+    (across,) = at_rest(hull, Mean((0.0, F)))
+    assert across.motion.psi == pytest.approx(-0.5 * math.pi, abs=1e-6)
 
 
 def test_a_dead_time_beyond_the_tolerated_one_makes_the_law_oscillate() -> None:

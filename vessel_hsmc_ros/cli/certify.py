@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
+from vessel_hsmc_ros.cli.console import print_line, print_table
 from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.runs.certificate import Limits, Part, at_a_point, limits_of, under_way
@@ -48,7 +48,7 @@ def show(parts: dict[str, Part]) -> None:
     """Print a line on each part: its bound, or the condition that fails."""
     for name, part in parts.items():
         if part.failed:
-            print_warning(f"no certificate of the hierarchical law {name}: {part.failed[0]}")
+            print_line(f"no certificate of the hierarchical law {name}: {part.failed[0]}")
         else:
             most, time = quantity(part.bound, "m"), quantity(part.settling, "s")
             print_line(f"the hierarchical law {name} keeps the position within {most} in the end; time constant at most {time}")

@@ -35,6 +35,9 @@ SIGMAS = 4.5
 DX, DY, PSI, U_, V_, R_, U_P, V_P, R_P, F_U, F_V, F_R, TAU_1, TAU_2, GUST_1, GUST_2, C_1, C_2, LASTING = range(19)
 """The states: position, heading, velocities, predictions, networks, actuators, gusts, estimated current."""
 
+HEADINGS = 36
+"""Number of intervals in which a heading is looked for in which a vessel at rest stays."""
+
 FREQUENCIES = 100
 """Number of frequencies at which a loop is looked at."""
 
@@ -84,6 +87,7 @@ class Loads(NamedTuple):
         noise: Standard deviations of x, y, psi, u, v, r times the square root of the time between two samples.
         gust, gust_time: Standard deviation of the gusts, N, and their correlation time.
         force, current: Mean earth-fixed force, N, and current, m/s.
+        between: Angle from the direction of the force to that of the current.
         wrench, frequency: Amplitudes of the periodic hull-fixed wrench, and its frequency.
     """
 
@@ -92,6 +96,7 @@ class Loads(NamedTuple):
     gust_time: float
     force: float
     current: float
+    between: float
     wrench: tuple[float, float, float]
     frequency: float
 
@@ -121,10 +126,29 @@ def steady(hull: Hull, speed: float, turn: float, mean: Mean) -> Steady:
     return Steady(speed, turn, motion(v), mean, _balance(hull, motion(v), mean))
 
 
-def at_rest(hull: Hull, mean: Mean) -> Steady:
-    """The vessel at the target, its bow into force and current, which act along x of the reference."""
-    motion = Motion(0.0, 0.0, math.pi, 0.0, 0.0, 0.0)
-    return Steady(0.0, 0.0, motion, mean, _balance(hull, motion, mean))
+def at_rest(hull: Hull, mean: Mean) -> list[Steady]:
+    """The vessel at the target, in each heading that the loads turn it back to: there the sway force grows with the heading.
+
+    Args:
+        hull: Accelerations.
+        mean: Loads, at least one of them.
+    """
+
+    def sway(psi: float) -> float:
+        return _accelerations(hull, Motion(0.0, 0.0, psi, 0.0, 0.0, 0.0), mean, (0.0, 0.0, 0.0))[1]
+
+    grid = np.linspace(-math.pi, math.pi, HEADINGS + 1) + 1e-3
+    values = [sway(float(psi)) for psi in grid]
+    found = []
+    for k in range(HEADINGS):
+        if values[k] < 0.0 <= values[k + 1]:
+            low, high = float(grid[k]), float(grid[k + 1])
+            for _ in range(50):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if sway(middle) < 0.0 else (low, middle)
+            motion = Motion(0.0, 0.0, high, 0.0, 0.0, 0.0)
+            found.append(Steady(0.0, 0.0, motion, mean, _balance(hull, motion, mean)))
+    return found
 
 
 def _accelerations(hull: Hull, motion: Motion, mean: Mean, wrench: tuple[float, float, float]) -> tuple[float, float, float]:

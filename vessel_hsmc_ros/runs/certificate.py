@@ -34,8 +34,8 @@ from vessel_hsmc_ros.laws.hierarchical_linear import (
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, gains
 from vessel_hsmc_ros.runs.certified_case import BOX, Case, hull_at, sway_of
 
-SIDES = 0.0, 0.5 * math.pi, math.pi
-"""Directions of the mean loads relative to a straight line; the hull is symmetric."""
+SIDES = 0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi
+"""Directions of the wind relative to a straight line."""
 
 SMALL, SMALL_AT_REST = 0.5, 0.35
 """Largest deviation of the heading under way, and its largest standard deviation at rest, for which the law is linear, rad."""
@@ -115,7 +115,7 @@ def at_a_point(case: Case) -> Part:
         return Part(tuple(clauses))
     blows = bool(loads.force or loads.current)
     mean = case.mean(0.0) if blows else Mean((WEAK * g.tau_1max, 0.0))
-    motions = [(hull, at_rest(hull, mean)) for hull in case.hulls(0.0)]
+    motions = [(hull, at) for hull in case.hulls(0.0) for at in at_rest(hull, mean)]
 
     def bound(found: list[Error]) -> float:
         largest = ball(g, max(each.surfaces[0] + SIGMAS * each.surfaces[1] for each in found))
@@ -203,8 +203,9 @@ def spare_dead_time(case: Case) -> float:
     g, lags, still = case.g, case.delays(), Mean()
     weak = Mean((WEAK * g.tau_1max, 0.0))
     motions = [
-        (hull, steady(hull, case.speed, case.turn, still) if case.speed else at_rest(hull, weak))
+        (hull, at)
         for hull in case.hulls(case.known.ahead if case.speed else 0.0)
+        for at in ([steady(hull, case.speed, case.turn, still)] if case.speed else at_rest(hull, weak))
     ]
     found = [linearise(g, hull, at, lags, case.loads.gust_time) for hull, at in motions]
     if max(float(poles(each).max()) for each in found) >= 0.0:

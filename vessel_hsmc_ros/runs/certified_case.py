@@ -61,9 +61,10 @@ class Case(NamedTuple):
         return [hull_at(ship.coefficients(), x) for ship in box(self.ship)]
 
     def mean(self, angle: float) -> Mean:
-        """The mean loads towards a direction."""
-        F, c, x, y = self.loads.force, self.loads.current, math.cos(angle), math.sin(angle)
-        return Mean((F * x, F * y), self.lever, (c * x, c * y))
+        """The mean loads, the force towards a direction."""
+        F, c, along = self.loads.force, self.loads.current, angle + self.loads.between
+        force, current = (F * math.cos(angle), F * math.sin(angle)), (c * math.cos(along), c * math.sin(along))
+        return Mean(force, self.lever, current)
 
     def delays(self) -> tuple[float, float]:
         """The lags with half a period, by which the law holds its command."""
@@ -112,11 +113,17 @@ def _loads(scenario: Scenario, period: float) -> Loads:
         seen * each * math.sqrt(max(period, 1.0 / rate if rate else 0.0)) for each, rate in zip(deviations, rates, strict=True)
     ]
     wind, periodic = d.earth_fixed, d.periodic
-    wrench = periodic.surge_force, periodic.sway_force, periodic.yaw_moment
+    between = math.atan2(d.current.north, d.current.east) - math.atan2(wind.north_force, wind.east_force)
     return Loads(
-        tuple(noise), wind.gust_deviation, wind.gust_time_constant, math.hypot(wind.east_force, wind.north_force),
-        math.hypot(d.current.east, d.current.north), wrench, periodic.frequency,
-    )  # fmt: skip
+        tuple(noise),
+        wind.gust_deviation,
+        wind.gust_time_constant,
+        math.hypot(wind.east_force, wind.north_force),
+        math.hypot(d.current.east, d.current.north),
+        between,
+        (periodic.surge_force, periodic.sway_force, periodic.yaw_moment),
+        periodic.frequency,
+    )
 
 
 def hull_at(vessel: Vessel, x: float) -> Hull:
