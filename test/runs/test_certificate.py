@@ -64,6 +64,13 @@ def test_hulls_with_much_sway_damping_have_a_certificate_under_way(name: str) ->
     assert 0.0 < part.bound < 0.03 * of_vessel(name).controller.vessel.length
 
 
+@pytest.mark.parametrize("mode", ["straight", "circle", "goal"])
+def test_in_calm_water_without_noise_a_certified_hull_ends_on_its_path_and_within_the_ball_at_rest(mode: str) -> None:
+    case = case_of(boat().changed({"reference_ship.mode": mode}))
+    assert at_a_point(case).bound == pytest.approx(2.0 * case.g.l0)
+    assert case.speed == 0.0 if mode == "goal" else under_way(case).bound == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_hull_with_its_centre_of_percussion_beyond_the_station_lever_has_none_at_rest() -> None:
     assert "station lever/centre of percussion l0/x_p" in [each.name for each in at_a_point(case_of(of_vessel("otter"))).failed]
 

@@ -5,7 +5,7 @@ corners. D, K and the box are those of `certified_case`; docs/theory.md has the 
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError
@@ -42,6 +42,9 @@ SMALL, SMALL_AT_REST = 0.5, 0.35
 
 WEAK = 0.02
 """Share of the surge force with which the surfaces at rest are bounded where no load turns the vessel."""
+
+NEGLIGIBLE = 1e-6
+"""Share of a limit below which a command or heading counts as this."""
 
 SLOW_CURRENT = 3.0
 """In a turn the speed over ground must be so many times the current."""
@@ -150,10 +153,10 @@ def _judged(case: Case, clauses: list[Clause], motions: list[tuple[Hull, Steady]
         return Part(tuple(clauses))
     found = [error(g, each, at, case.loads) for each, at in linear]
     for what, shares in zip(("surge force", "yaw moment"), zip(*(each.shares for each in found), strict=True), strict=True):
-        clauses.append(Clause(f"limit/largest {what}", 1.0 / Interval(min(shares), max(shares))))
+        clauses.append(_within(f"limit/largest {what}", shares))
     if case.speed and motions[0][1].speed:
-        sizes = [(each.heading[0] + SIGMAS * each.heading[1]) / SMALL + 1e-9 for each in found]
-        clauses.append(Clause("0.5 rad/largest heading error", 1.0 / Interval(min(sizes), max(sizes))))
+        sizes = [(each.heading[0] + SIGMAS * each.heading[1]) / SMALL for each in found]
+        clauses.append(_within("0.5 rad/largest heading error", sizes))
     if not all(each.holds for each in clauses):
         return Part(tuple(clauses))
     return Part(tuple(clauses), bound(found), max(settling(each, at) for each, at in linear))
@@ -196,6 +199,11 @@ def _steady_velocity(hull: Hull, axis: int, wrench: tuple[float, float, float]) 
         return hull(Motion(*velocity), wrench, (0.0, 0.0))[axis - U_] <= 0.0
 
     return _smallest(driven, 1e-9, 1e3) if any(wrench) else 0.0
+
+
+def _within(name: str, shares: Sequence[float]) -> Clause:
+    """The clause that shares of a limit are below 1."""
+    return Clause(name, 1.0 / Interval(max(min(shares), NEGLIGIBLE), max(*shares, NEGLIGIBLE)))
 
 
 def spare_dead_time(case: Case) -> float:

@@ -41,7 +41,7 @@ class Case(NamedTuple):
     Attributes:
         parameters, known, g: The law's numbers, what it knows of the vessel, and its gains.
         ship: The hull as given.
-        speed, turn: Of the reference.
+        speed, turn: Of the reference; 0 for one that hardly moves.
         lags: Lag and dead time of surge force and yaw moment.
         loads, lever: What disturbs the vessel, and the lever of the wind, m.
     """
@@ -82,13 +82,15 @@ def case_of(scenario: Scenario) -> Case:
     count = int(min(sim.duration or MAX_DURATION, MAX_DURATION) * REFERENCE_HZ)
     motion = trajectory(scenario.reference_ship, REFERENCE_HZ, max(count, 4))
     late = motion[len(motion) // 2 :]  # the start from rest is not what the reference is like
+    g, speed = gains(c.hierarchical, known, period), float(np.mean(np.hypot(late[:, 3], late[:, 4])))
+    moves = speed > g.U_c
     return Case(
         c.hierarchical,
         known,
-        gains(c.hierarchical, known, period),
+        g,
         sim.vessel,
-        float(np.mean(np.hypot(late[:, 3], late[:, 4]))),
-        float(late[np.argmax(np.abs(late[:, 5])), 5]),
+        speed if moves else 0.0,
+        float(late[np.argmax(np.abs(late[:, 5])), 5]) if moves else 0.0,
         _lags(scenario),
         _loads(scenario, period),
         sim.disturbance.earth_fixed.lever,
