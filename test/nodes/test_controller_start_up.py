@@ -41,6 +41,14 @@ def test_the_hierarchical_law_in_real_time_causes_a_warning(bench: Any) -> None:
     assert "law hierarchical_printed tolerates no late control steps" in logs[0].msg
 
 
+def test_a_declared_sway_with_which_the_hierarchical_law_loses_the_vessel_causes_a_warning(bench: Any) -> None:
+    logs = bench.collect(Log, "/rosout", qos.CLOCK)
+    declared = {"vessel__sway_damping_rate": 0.02, "vessel__coriolis_ratio": 1.2}
+    node = bench.start(ControllerNode, lockstep=False, law="hierarchical", **declared)
+    bench.until(lambda: node.connected and logs)
+    assert "the Routh ratio of the path error must be above 1" in logs[0].msg
+
+
 def test_a_second_controller_refuses_to_start_in_lockstep(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     second = bench.start(ControllerNode)

@@ -1,6 +1,7 @@
 """Hull data are given once, and every node takes those that it declares."""
 
 import math
+import re
 
 import pytest
 
@@ -95,6 +96,13 @@ def test_another_ship_of_one_node_alone_is_warned_of_with_what_the_others_keep(n
 def test_a_variation_of_the_papers_ship_is_not_another_ship() -> None:
     changes: dict[str, object] = {"vessel.surge_inertia": 144e3, "vessel.surge_damping": 10750.0}
     assert check_scenario(load_scenario("case2_tracking", changes)) == []
+
+
+def test_a_declared_sway_with_which_the_hierarchical_law_loses_the_path_is_warned_of_with_the_ratio() -> None:
+    declared = {"controller.vessel.sway_damping_rate": 0.02, "controller.vessel.coriolis_ratio": 1.2}
+    (line,) = check_scenario(load_scenario("case2_tracking", {**declared, "controller.law": "hierarchical"}))
+    assert re.search(r"the Routh ratio of the path error must be above 1 \(got -?\d", line)
+    assert check_scenario(load_scenario("case2_tracking", {**declared, "controller.law": "guided"})) == []
 
 
 def test_a_scenario_without_a_law_is_warned_of() -> None:

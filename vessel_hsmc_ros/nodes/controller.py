@@ -15,6 +15,7 @@ from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.law.actuator_identification import described
 from vessel_hsmc_ros.law.terms import Terms
+from vessel_hsmc_ros.laws.hierarchical_bounds import sway_warning
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
@@ -124,9 +125,12 @@ class ControllerNode(TimedNode):
             self.get_logger().info(f"standby: nothing is commanded; enable by {command}")
 
     def on_connected(self) -> None:
-        """In lockstep, answer odometry received before the start; in real time, warn of a law that tolerates no delay."""
+        """In lockstep, answer odometry received before the start; warn of a law that tolerates no delay or loses the vessel."""
         if not self.parameters.lockstep and self.parameters.law == "hierarchical_printed":
             self.get_logger().warning(NOT_FOR_REAL_TIME)
+        p = self.parameters
+        if p.law == "hierarchical" and (lost := sway_warning(p.hierarchical, p.vessel.as_controlled(), 1.0 / p.rate_hz)):
+            self.get_logger().warning(lost)
         self._steps.start()
 
     def _check_inputs(self) -> None:

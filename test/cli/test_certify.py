@@ -1,0 +1,53 @@
+"""`vessel-hsmc certify`: bounds or the condition that fails, for people and for programs."""
+
+import json
+import subprocess
+import sys
+
+from click.testing import CliRunner
+
+from vessel_hsmc_ros.cli.command import cli
+
+SHORT = ("--set", "controller.law=hierarchical")
+
+
+def certify(*arguments: str) -> str:
+    return (
+        CliRunner(env={"COLUMNS": "140"})
+        .invoke(cli, ["certify", *arguments], catch_exceptions=False, standalone_mode=False)
+        .output
+    )
+
+
+def test_it_prints_conditions_bounds_and_limits() -> None:
+    text = certify("case2_tracking", *SHORT)
+    for part in ("under way", "at rest"):
+        assert f"the hierarchical law {part} keeps the position within" in text
+    for line in ("Routh ratio", "lowest control rate: ", "largest lag and dead time", "tightest turn", "no law keeps a leg"):
+        assert line in text
+
+
+def test_programs_get_bounds_conditions_and_limits_in_numbers() -> None:
+    found = json.loads(certify("case3_stabilisation", *SHORT, "--json"))
+    assert set(found) == {"at rest", "limits"}
+    assert found["at rest"]["bound"] > 0.0
+    assert all(each["holds"] for each in found["at rest"]["conditions"].values())
+    assert found["limits"]["rate"] > 0.0
+    assert found["limits"]["turn"] is None
+
+
+def test_what_the_bounds_do_not_cover_is_said() -> None:
+    waves = "vessel_sim.disturbance.waves.significant_height=0.5"
+    text = certify("case3_stabilisation", *SHORT, "--set", waves, "--set", "controller.observer.enabled=true")
+    assert "the bounds do not cover the noise that the observer leaves and the waves" in text
+
+
+def test_the_executable_names_the_condition_that_a_cybership_fails(tmp_path) -> None:
+    path = tmp_path / "model.yaml"
+    run = [sys.executable, "-m", "vessel_hsmc_ros.cli.main"]
+    subprocess.run([*run, "init", str(path), "--vessel", "cybership2", "--no-check"], check=True, timeout=120)
+    done = subprocess.run([*run, "certify", str(path)], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "no certificate of the hierarchical law under way: course by heading (1 + lam·D)/K must exceed 1" in " ".join(
+        (done.stdout + done.stderr).split()
+    )

@@ -1,0 +1,98 @@
+"""`vessel-hsmc certify`: what is guaranteed of the hierarchical law on the vessel of a scenario."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from vessel_hsmc_ros.cli.console import print_line, print_table
+from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
+from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.runs.certificate import Limits, Part, at_a_point, limits_of, under_way
+from vessel_hsmc_ros.runs.certified_case import BOX, Case, case_of
+from vessel_hsmc_ros.scenario.scenario import Scenario
+
+
+@click.command()
+@scenario_argument
+@set_option
+@json_option
+def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
+    """Print what is guaranteed of the hierarchical law on the vessel of SCENARIO, whose data may be wrong by 20 %.
+
+    A bound of the position error under way and at rest in the wind, current and noise of the scenario, or the condition that
+    fails; the dead time and the control rate that the law tolerates; and what no law can do with this vessel. docs/theory.md says
+    what is proven.
+    """
+    loaded = load_checked(scenario, parse_changes(changes))
+    case = case_of(loaded)
+    parts = parts_of(case)
+    limits = limits_of(case)
+    if as_json:
+        print_json({**{name: _content(part) for name, part in parts.items()}, "limits": limits._asdict()})
+        return
+    title = f"conditions, each above 1, with hull data to {100 * BOX:.0f} %"
+    print_table(["", "condition", "value"], _conditions(parts), title=title, text_columns=2)
+    show(parts)
+    for line in [*_not_covered(loaded), *_in_words(case, limits)]:
+        print_line(line)
+
+
+def parts_of(case: Case) -> dict[str, Part]:
+    """The certificates of the motions that a case has, by name."""
+    return {**({"under way": under_way(case)} if case.speed > 0.0 else {}), "at rest": at_a_point(case)}
+
+
+def show(parts: dict[str, Part]) -> None:
+    """Print a line on each part: its bound, or the condition that fails."""
+    for name, part in parts.items():
+        if part.failed:
+            print_line(f"no certificate of the hierarchical law {name}: {part.failed[0]}")
+        else:
+            most, time = quantity(part.bound, "m"), quantity(part.settling, "s")
+            print_line(f"the hierarchical law {name} keeps the position within {most} in the end; time constant at most {time}")
+
+
+def _conditions(parts: dict[str, Part]) -> list[list[str]]:
+    """A row for each condition."""
+    return [
+        [name, each.name, f"{each.ratio.low:.3g} to {each.ratio.high:.3g}"]
+        for name, part in parts.items()
+        for each in part.clauses
+    ]
+
+
+def _content(part: Part) -> dict[str, Any]:
+    """A part for programs."""
+    clauses = {each.name: {"low": each.ratio.low, "high": each.ratio.high, "holds": each.holds} for each in part.clauses}
+    return {"bound": part.bound, "settling": part.settling, "conditions": clauses}
+
+
+def _not_covered(scenario: Scenario) -> list[str]:
+    """What acts in the scenario and is not in the bounds."""
+    sim, present = scenario.vessel_sim, []
+    if scenario.controller.observer.enabled:
+        present.append("the noise that the observer leaves")
+    if sim.disturbance.waves.significant_height:
+        present.append("the waves")
+    if not math.isinf(min(sim.actuators.surge_force_rate, sim.actuators.yaw_moment_rate)) or sim.actuators.kind == "thrusters":
+        present.append("the rates of the actuators")
+    return [f"the bounds do not cover {' and '.join(present)}"] if present else []
+
+
+def _in_words(case: Case, limits: Limits) -> list[str]:
+    """What the law tolerates, and what no law can do."""
+    used, lines = max(case.lags), [f"lowest control rate: {quantity(limits.rate, 'Hz')}"]
+    if not math.isnan(limits.dead_time):
+        most = quantity(used + limits.dead_time, "s")
+        lines.append(f"largest lag and dead time together: {most}, of which the actuators take {quantity(used, 's')}")
+    if case.speed:
+        lines += [
+            f"tightest turn at {quantity(case.speed, 'm/s')}: a radius of {quantity(limits.turn, 'm')}",
+            f"no law keeps a leg at this speed in a current across of more than {quantity(limits.current, 'm/s')}",
+        ]
+    if limits.circle:
+        circle = quantity(limits.circle, "m")
+        lines.append(f"no law at rest stays within a radius of {circle} under the sway force that is fixed to the hull")
+    return lines
