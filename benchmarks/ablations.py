@@ -22,7 +22,8 @@ from vessel_hsmc_ros.core.kernel import bound
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, to_body
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical import Guidance, Memory, Surfaces, adapt_weights, control, guidance, step, turn_in_current
+from vessel_hsmc_ros.laws.hierarchical import Memory, Surfaces, adapt_weights, control, step
+from vessel_hsmc_ros.laws.hierarchical_guidance import Guidance, guidance, turn_in_current
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains
 from vessel_hsmc_ros.paper.cases import CALM, LIMITS, NO_NETWORKS, PRINTED, TOLD
 from vessel_hsmc_ros.paper.special_laws import AlteredLaw

@@ -15,7 +15,8 @@ from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.law.network import Estimates
 from vessel_hsmc_ros.laws import make_controller
-from vessel_hsmc_ros.laws.hierarchical import control, guidance, learned_current, turn_in_current
+from vessel_hsmc_ros.laws.hierarchical import control
+from vessel_hsmc_ros.laws.hierarchical_guidance import guidance, learned_current, turn_in_current
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters, gains, stretch
 from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 

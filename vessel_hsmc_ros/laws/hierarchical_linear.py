@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, to_body
 from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical import control, guidance, learned_current, turn_in_current
+from vessel_hsmc_ros.laws.hierarchical import control
+from vessel_hsmc_ros.laws.hierarchical_guidance import guidance, learned_current, turn_in_current
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains
 
 Hull = Callable[[Motion, tuple[float, float, float], tuple[float, float]], tuple[float, float, float]]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
@@ -68,7 +68,7 @@ class Case:
     exact: bool = False
     rate_hz: float = 0.0
     ends: bool = False
-    constants: Mapping[str, float] = field(default_factory=dict)
+    constants: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def by_nodes(self) -> bool:
@@ -192,7 +192,7 @@ LARGER_ETA = {"circle_switching_0.1": 3.0, f"circle_switching_{ETA_OF_34:g}": 10
 BY_NAME = {case.name: case for case in PRINTED_CASES}
 
 
-def repaired(name: str, changes: Mapping[str, object] | None = None, constants: Mapping[str, float] | None = None) -> Case:
+def repaired(name: str, changes: Mapping[str, object] | None = None, constants: Mapping[str, Any] | None = None) -> Case:
     """A case of the printed law with the repaired one.
 
     Args:

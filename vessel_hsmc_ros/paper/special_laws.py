@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,8 @@ from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import Estimates
 from vessel_hsmc_ros.laws import hierarchical as repaired
 from vessel_hsmc_ros.laws import hierarchical_parameters as repaired_parameters
-from vessel_hsmc_ros.laws.hierarchical import HierarchicalController, guidance, turn_in_current
+from vessel_hsmc_ros.laws.hierarchical import HierarchicalController
+from vessel_hsmc_ros.laws.hierarchical_guidance import guidance, turn_in_current
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.laws.hierarchical_printed import Gains, HierarchicalPrintedParameters, StepTerms, control, gains
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
@@ -151,7 +152,7 @@ class AlteredLaw(HierarchicalController):
     """
 
     def __init__(
-        self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float, changes: Mapping[str, float]
+        self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float, changes: Mapping[str, Any]
     ) -> None:
         self._changes = changes  # before super().__init__, which takes the gains for a model
         super().__init__(parameters, vessel, period)
