@@ -91,8 +91,7 @@ class IndependentHierarchical:
             [w + growth * h for w, h in zip(row, self.H, strict=True)] for row, growth in zip(self.W, self.growth, strict=True)
         ]
         self.H = [
-            mp.exp(-sum((z - m) ** 2 for z, m in zip(estimate[3:], mu, strict=True)) / (2 * self.width**2))
-            for mu in self.centers
+            mp.exp(-sum((z - m) ** 2 for z, m in zip(estimate[3:], mu, strict=True)) / (2 * self.width**2)) for mu in self.centers
         ]
         outputs = [sum(w * h for w, h in zip(row, self.H, strict=True)) for row in self.W]
         vessel, acting, until = self.arrival(estimate, outputs, late)
@@ -107,21 +106,23 @@ class IndependentHierarchical:
         return wrench
 
     def arrival(self, estimate, outputs, late):
-        """The motion when the commands of this period arrive, what acts just before, and the time until then."""
+        """The motion when the later command of this period arrives, what acts before each arrives, and the time until then."""
         g = self.g
         periods = [each.delay + late for each in self.inputs]
         n = max(periods)
         stretch, acting, sums, count = 1 + n // 12, [each.acting for each in self.inputs], [mpf(0), mpf(0)], 0
+        before = acting
         for i in range(n):
             acting = [
                 each.after(tau, each.command(max(own - i, 1)))
                 for each, tau, own in zip(self.inputs, acting, periods, strict=True)
             ]
+            before = [tau if i < own else b for tau, own, b in zip(acting, periods, before, strict=True)]
             sums, count = [a + b for a, b in zip(sums, acting, strict=True)], count + 1
             if count == stretch or i == n - 1:
                 estimate = moved(estimate, driven(outputs, [each / count for each in sums], g), count * g["T"])
                 sums, count = [mpf(0), mpf(0)], 0
-        return estimate, acting, n * g["T"]
+        return estimate, before, n * g["T"]
 
     def demands(self, vessel, desired, acceleration, outputs):
         """The force and moment that are to act, without limits, and the surfaces that adapt the networks."""
@@ -175,8 +176,7 @@ class IndependentHierarchical:
         power = sum(h * h for h in self.H)
         gammas = g["gamma3"], g["gamma1"], g["gamma2"]
         self.growth = [
-            g["T"] / power * (gamma * S + g["lam"] ** 2 / 4 * e)
-            for gamma, S, e in zip(gammas, surfaces, errors[3:], strict=True)
+            g["T"] / power * (gamma * S + g["lam"] ** 2 / 4 * e) for gamma, S, e in zip(gammas, surfaces, errors[3:], strict=True)
         ]
 
     def drift(self, estimate, desired):
