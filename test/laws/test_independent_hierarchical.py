@@ -17,7 +17,7 @@ from vessel_hsmc_ros.laws.hierarchical_parameters import LASTING, HierarchicalPa
 PERIOD = 0.05
 
 
-def drawn_actuators(random: np.random.Generator) -> dict[str, float]:
+def drawn_actuators(random: np.random.Generator) -> dict[str, Any]:
     """Declared lag, dead time and rate of both inputs; the dead times up to more than twelve periods."""
     found = {}
     for name, rate, limit in (("surge", "force_rate", "force_limit"), ("yaw", "moment_rate", "moment_limit")):
@@ -28,7 +28,7 @@ def drawn_actuators(random: np.random.Generator) -> dict[str, float]:
     return found
 
 
-def law_and_double(random: np.random.Generator, actuators: dict[str, float]) -> tuple[Any, IndependentHierarchical]:
+def law_and_double(random: np.random.Generator, actuators: dict[str, Any]) -> tuple[Any, IndependentHierarchical]:
     """The law for drawn numbers and a drawn vessel, and the double with the same constants and neurons."""
     vessel = replace(KnownVessel(), **actuators, length=float(random.uniform(5.0, 60.0)))
     printed = HierarchicalParameters()
