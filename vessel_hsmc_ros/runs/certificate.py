@@ -24,7 +24,7 @@ SMALL, SMALL_AT_REST = 0.5, 0.35
 """Largest deviation of the heading under way, and its largest standard deviation at rest, for which the law is linear, rad."""
 
 DAMPED = 1.5
-"""D/c from which a vessel at rest was never seen to circle in wind and current; below, the ball is its bound."""
+"""D/c above which a vessel at rest was never seen to circle in wind and current; below, some do."""
 
 WEAK = 0.02
 """Share of the surge force with which the surfaces at rest are bounded where no load turns the vessel."""
@@ -96,22 +96,21 @@ def at_a_point(case: Case) -> Part:
     """The certificate of station keeping."""
     g, loads, x_p = case.g, case.loads, case.known.ahead
     D, _ = sway_of(hull_at(case.ship.coefficients(), 0.0), 0.0, 1e-4 * g.U_c)
-    damping = rest_ratio(g, about(D, BOX))
+    damping, blows = rest_ratio(g, about(D, BOX)), bool(loads.force or loads.current)
     clauses = [_sampled(g), Clause("sway damping/approach rate D/c", damping)]
+    if blows:
+        clauses.append(Clause(f"D/({DAMPED:g}·c) in wind or current", damping / DAMPED))
     if x_p > 0.0:
         lever = Interval(g.l0, g.l0) / x_p
         clauses.append(Clause("station lever/centre of percussion l0/x_p", lever))
     if not all(each.holds for each in clauses):
         return Part(tuple(clauses))
-    blows = bool(loads.force or loads.current)
     mean = case.mean(0.0) if blows else Mean((WEAK * g.tau_1max, 0.0))
     motions = [(hull, at) for hull in case.hulls(0.0) for at in at_rest(hull, mean)]
 
     def bound(found: list[Error]) -> float:
         largest = ball(g, max(each.surfaces[0] + SIGMAS * each.surfaces[1] for each in found))
-        turned = (
-            blows and damping.low > DAMPED and not any(loads.wrench) and max(each.heading[1] for each in found) < SMALL_AT_REST
-        )
+        turned = blows and not any(loads.wrench) and max(each.heading[1] for each in found) < SMALL_AT_REST
         return min(largest, max(each.bound(0.0) for each in found)) if turned else largest
 
     return _judged(case, clauses, motions, bound)
