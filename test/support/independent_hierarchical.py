@@ -23,54 +23,127 @@ def limited(value, limit):
     return max(-limit, min(limit, value))
 
 
+def moved(motion, rates, time):
+    """x y psi u v r later, at constant rates of u v r: the mean velocities, at the heading in the middle."""
+    x, y, psi, *velocities = motion
+    u, v, r = (z + rate * time / 2 for z, rate in zip(velocities, rates, strict=True))
+    place = mpc(x, y) + time * mpc(u, v) * mp.expj(psi + r * time / 2)
+    return [place.real, place.imag, psi + r * time, *(z + rate * time for z, rate in zip(velocities, rates, strict=True))]
+
+
+def driven(outputs, wrench, g):
+    """The rates of u v r by the networks and a wrench."""
+    return [outputs[0] + wrench[0] / g["m11"], outputs[1], outputs[2] + wrench[1] / g["m33"]]
+
+
+class Actuator:
+    """An input as the law models it: lag with lead, rate, dead time.
+
+    Args:
+        limit, rate, lag, remaining, dead_time: In SI units; the rate may be infinite.
+        period: Of the control, s.
+    """
+
+    def __init__(self, limit, rate, lag, remaining, dead_time, period):
+        def share(constant):
+            return 1 - mp.exp(-mpf(period) / mpf(constant)) if constant else mpf(1)
+
+        self.limit, self.share, self.boost = mpf(limit), share(lag), share(remaining) / share(lag)
+        self.change, self.delay = mpf(rate) * mpf(period), round(dead_time / period)
+        self.commands, self.acting = [], mpf(0)
+
+    def after(self, acting, command):
+        """What acts a period later."""
+        return acting + limited(self.share * (command - acting), self.change)
+
+    def command(self, ago):
+        """The command of so many periods before the next one; 0 before the first."""
+        return self.commands[-ago] if ago <= len(self.commands) else mpf(0)
+
+
 class IndependentHierarchical:
     """The law with its memory.
 
     Args:
         gains: By the symbols of the pages, in SI units: c a l0 T_a k1 .. m33, tau_1max, tau_2max, T_c, U_c, T.
+        actuators: Lag, remaining lag, rate and dead time of surge force and yaw moment.
         centers: Of the neurons, lists of three.
         width: Of every neuron.
         lasting: Share at which the lasting sway velocity is learned.
     """
 
-    def __init__(self, gains, centers, width, lasting):
+    def __init__(self, gains, actuators, centers, width, lasting):
         self.g = {name: mpf(float(value)) for name, value in gains.items()}
+        self.inputs = [
+            Actuator(gains[limit], rate, lag, remaining, dead_time, gains["T"])
+            for limit, (lag, remaining, rate, dead_time) in zip(("tau_1max", "tau_2max"), actuators, strict=True)
+        ]
         self.centers, self.width, self.lasting_share = [numbers(each) for each in centers], mpf(float(width)), mpf(lasting)
         n = len(centers)
         self.W, self.growth, self.H = [[mpf(0)] * n for _ in range(3)], [mpf(0)] * 3, [mpf(0)] * n
         self.predicted, self.current, self.lasting = None, mpc(0), mpf(0)
 
-    def step(self, state, desired, acceleration):
-        """The wrench of a period, for x y psi u v r of vessel and reference and du_d dv_d dr_d."""
-        g = self.g
-        x, y, psi, u, v, r = numbers(state)
+    def step(self, measured, desired, acceleration, late=0):
+        """The wrench of a period, for x y psi u v r of vessel and reference, du_d dv_d dr_d, and their age in periods."""
+        measured = numbers(measured)
+        estimate = self.predicted or measured
         self.W = [
             [w + growth * h for w, h in zip(row, self.H, strict=True)] for row, growth in zip(self.W, self.growth, strict=True)
         ]
         self.H = [
-            mp.exp(-sum((z - m) ** 2 for z, m in zip((u, v, r), mu, strict=True)) / (2 * self.width**2)) for mu in self.centers
+            mp.exp(-sum((z - m) ** 2 for z, m in zip(estimate[3:], mu, strict=True)) / (2 * self.width**2)) for mu in self.centers
         ]
-        fu, fv, fr = (sum(w * h for w, h in zip(row, self.H, strict=True)) for row in self.W)
+        outputs = [sum(w * h for w, h in zip(row, self.H, strict=True)) for row in self.W]
+        vessel, acting, until = self.arrival(estimate, outputs, late)
+        demands, surfaces = self.demands(vessel, moved(numbers(desired), numbers(acceleration), until), acceleration, outputs)
+        wrench = []
+        for each, tau, demand in zip(self.inputs, acting, demands, strict=True):
+            wrench.append(limited(tau + each.boost * (limited(demand, each.limit) - tau), each.limit))
+            each.commands.append(wrench[-1])
+            each.acting = each.after(each.acting, each.command(1 + each.delay + late))
+        self.learn(measured, estimate, outputs, surfaces)
+        self.drift(estimate, desired)
+        return wrench
+
+    def arrival(self, estimate, outputs, late):
+        """The motion when the later command of this period arrives, what acts before each arrives, and the time until then."""
+        g = self.g
+        periods = [each.delay + late for each in self.inputs]
+        n = max(periods)
+        stretch, acting, sums, count = 1 + n // 12, [each.acting for each in self.inputs], [mpf(0), mpf(0)], 0
+        before = acting
+        for i in range(n):
+            acting = [
+                each.after(tau, each.command(max(own - i, 1)))
+                for each, tau, own in zip(self.inputs, acting, periods, strict=True)
+            ]
+            before = [tau if i < own else b for tau, own, b in zip(acting, periods, before, strict=True)]
+            sums, count = [a + b for a, b in zip(sums, acting, strict=True)], count + 1
+            if count == stretch or i == n - 1:
+                estimate = moved(estimate, driven(outputs, [each / count for each in sums], g), count * g["T"])
+                sums, count = [mpf(0), mpf(0)], 0
+        return estimate, before, n * g["T"]
+
+    def demands(self, vessel, desired, acceleration, outputs):
+        """The force and moment that are to act, without limits, and the surfaces that adapt the networks."""
+        g, (fu, fv, fr) = self.g, outputs
+        x, y, psi, u, v, r = vessel
         bow = mp.expj(psi)
         beam = mpc(0, 1) * bow
-        where, way = mpc(x, y), u * bow + v * beam
-        field, turn, lever = self.functions(where, way, desired, acceleration)
+        field, turn, lever = self.functions(mpc(x, y), u * bow + v * beam, desired, acceleration)
         w, dw, r_c, dr_c, ahead, dahead = field(0), mp.diff(field, 0), turn(0), mp.diff(turn, 0), lever(0), mp.diff(lever, 0)
         sigma2 = r - r_c
         S1, S2 = v - dot(w, beam) + ahead * sigma2, u - dot(w, bow)
         tau_2 = dot(dw, beam) - r * dot(w, bow) + ahead * dr_c - dahead * sigma2 - fv - ahead * fr
         tau_2 = g["m33"] / ahead * (tau_2 - g["k1"] * S1 - g["eta1"] * limited(S1 / g["phi1"], 1))
         tau_1 = g["m11"] * (dot(dw, bow) + r * dot(w, beam) - fu - g["k2"] * S2 - g["eta2"] * limited(S2 / g["phi2"], 1))
-        applied = limited(tau_1, g["tau_1max"]), limited(tau_2, g["tau_2max"])
-        free = [mpf(applied[0] == tau_1), mpf(applied[1] == tau_2)]
-        self.learn((u, v, r), (fu, fv, fr), applied, (free[0] * S2, free[1] * S1, free[1] * ahead * S1))
-        self.estimate(v, desired, bow)
-        return applied
+        free_1, free_2 = mpf(abs(tau_1) <= g["tau_1max"]), mpf(abs(tau_2) <= g["tau_2max"])
+        return (tau_1, tau_2), (free_1 * S2, free_2 * S1, free_2 * ahead * S1)
 
     def functions(self, where, way, desired, acceleration):
         """w, r_c and l as functions of the time from now on, along a motion of constant velocity."""
         g = self.g
-        x_d, y_d, psi_d, u_d, v_d, r_d = numbers(desired)
+        x_d, y_d, psi_d, u_d, v_d, r_d = desired
         du, dv, dr = numbers(acceleration)
         h_d = mp.expj(psi_d)
         dp_d = mpc(u_d, v_d) * h_d
@@ -93,25 +166,23 @@ class IndependentHierarchical:
 
         return field, turn, lever
 
-    def learn(self, velocities, outputs, wrench, surfaces):
-        """Predictions, and the growth of the weights that the next period adds."""
+    def learn(self, measured, estimate, outputs, surfaces):
+        """The next predictions, and the growth of the weights that the next period adds."""
         g = self.g
-        before = self.predicted or velocities
-        errors = [a - b for a, b in zip(velocities, before, strict=True)]
-        driven = wrench[0] / g["m11"], mpf(0), wrench[1] / g["m33"]
-        self.predicted = [
-            z + g["T"] * (f + force + g["lam"] * e) for z, f, force, e in zip(before, outputs, driven, errors, strict=True)
-        ]
+        errors = [a - b for a, b in zip(measured, estimate, strict=True)]
+        errors[2] = mp.arg(mp.expj(errors[2]))
+        later = moved(estimate, driven(outputs, [each.acting for each in self.inputs], g), g["T"])
+        self.predicted = [z + g["T"] * g["lam"] * e for z, e in zip(later, errors, strict=True)]
         power = sum(h * h for h in self.H)
         gammas = g["gamma3"], g["gamma1"], g["gamma2"]
         self.growth = [
-            g["T"] / power * (gamma * S + g["lam"] ** 2 / 4 * e) for gamma, S, e in zip(gammas, surfaces, errors, strict=True)
+            g["T"] / power * (gamma * S + g["lam"] ** 2 / 4 * e) for gamma, S, e in zip(gammas, surfaces, errors[3:], strict=True)
         ]
 
-    def estimate(self, v, desired, bow):
+    def drift(self, estimate, desired):
         """The current and the lasting sway velocity."""
-        g, beam = self.g, mpc(0, 1) * bow
-        beyond = v - mpf(float(desired[4])) - dot(self.current, beam) - self.lasting
+        g, beam = self.g, mpc(0, 1) * mp.expj(estimate[2])
+        beyond = estimate[4] - mpf(float(desired[4])) - dot(self.current, beam) - self.lasting
         growth = g["T"] / g["T_c"] * limited(beyond, g["U_c"])
         self.current += growth * beam
         self.lasting += self.lasting_share * growth

@@ -83,7 +83,7 @@ def _not_covered(scenario: Scenario) -> list[str]:
 
 def _in_words(case: Case, limits: Limits) -> list[str]:
     """What the law tolerates, and what no law can do."""
-    used, lines = max(case.lags), [f"lowest control rate: {quantity(limits.rate, 'Hz')}"]
+    used, lines = max(each.lag + each.dead_time for each in case.lags), [f"lowest control rate: {quantity(limits.rate, 'Hz')}"]
     if not math.isnan(limits.dead_time):
         most = quantity(used + limits.dead_time, "s")
         lines.append(f"largest lag and dead time together: {most}, of which the actuators take {quantity(used, 's')}")

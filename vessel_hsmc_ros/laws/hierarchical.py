@@ -149,7 +149,7 @@ def predict(estimate: Motion, rates: Acceleration, e: Motion, g: Gains) -> Motio
 
 @kernel
 def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
-    """The motion at which the present command arrives at the hull, and the wrench that acts just before.
+    """The motion at which the later of the present commands arrives at the hull, and what acts just before each of them arrives.
 
     Args:
         motion: Estimated motion, at the time of the measurement.
@@ -159,17 +159,19 @@ def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains)
         g: Gains.
     """
     tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
+    before_1, before_2 = tau_1, tau_2
     stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
     for i in range(n):
         # The faster input's command of periods to come is not known: its last one is held.
         tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
         tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
+        before_1, before_2 = tau_1 if i < n_1 else before_1, tau_2 if i < n_2 else before_2
         count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
         if count == stride or i == n - 1:
             rates = Acceleration(f.fu + sum_1 / count / g.m11, f.fv, f.fr + sum_2 / count / g.m33)
             motion = extrapolate(motion, rates, g.T * count)
             count, sum_1, sum_2 = 0, 0.0, 0.0
-    return motion, tau_1, tau_2
+    return motion, before_1, before_2
 
 
 class Surfaces(NamedTuple):

@@ -2,42 +2,40 @@
 
 | symbol | meaning | unit |
 |---|---|---|
-| x | deviation from the steady motion, in the axes of the reference | |
-| A, B | dx = A·x + B·(errors of measurements, earth-fixed force, current, hull-fixed wrench) | |
-| P, Q | covariance of x and intensity of the noise, A·P + P·A' + Q = 0 | |
-| L(j·omega) | loop broken at a command, with the other one closed | - |
+| x | deviation from the steady motion, in the axes of the reference, at the control steps | |
+| A, B | x' = A·x + B·(errors of measurements, earth-fixed force, current, hull-fixed wrench, commands) a period later | |
+| P, Q | covariance of x and of what noise and gusts add in a period, P = A·P·A' + Q | |
+| L(z) | loop broken where a command arrives at its actuator, with the other one closed | - |
 
-The law is differentiated as it stands, with its networks (one integrator each, since |H| is constant with the paper's centres),
-predictions and current estimate, and the hull with first-order lags of its actuators and gusts. Limits, sampling and the
-identification of the actuators are not in it. docs/theory.md says what that covers.
+The step of the law is differentiated as it stands: prediction, networks (one integrator each, since |H| is constant with the
+paper's centres), current estimate, modelled actuators, lead and dead time. The hull has actuators with a lag and a dead time, and
+gusts. Limits, rates and the identification of the actuators are not in it. docs/theory.md says what that covers.
 """
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, to_body
-from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical import control
-from vessel_hsmc_ros.laws.hierarchical_guidance import guidance, learned_current, turn_in_current
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, to_body
+from vessel_hsmc_ros.law.actuator_identification import Bank, bank, first_state
+from vessel_hsmc_ros.law.applied_wrench import LARGEST_CHANGE
+from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
+from vessel_hsmc_ros.law.network import Neurons
+from vessel_hsmc_ros.laws.hierarchical import Constants, Memory, step
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains
-
-Hull = Callable[[Motion, tuple[float, float, float], tuple[float, float]], tuple[float, float, float]]
-"""The accelerations of u, v and r at the controlled point: of a motion, under surge force, sway force and yaw moment, in a
-current in the hull's axes."""
+from vessel_hsmc_ros.laws.hierarchical_steady import Hull, Mean, Steady, accelerations
 
 SIGMAS = 4.5
 """How many standard deviations of the position error count as its bound."""
 
-DX, DY, PSI, U_, V_, R_, U_P, V_P, R_P, F_U, F_V, F_R, TAU_1, TAU_2, GUST_1, GUST_2, C_1, C_2, LASTING = range(19)
-"""The states: position, heading, velocities, predictions, networks, actuators, gusts, estimated current."""
-
-HEADINGS = 36
-"""Number of intervals in which a heading is looked for in which a vessel at rest stays."""
+DX, DY, PSI, U_, V_, R_ = range(6)
+PREDICTED, NETWORKS, MODELLED = slice(6, 12), slice(12, 15), slice(15, 17)
+TAU_1, TAU_2, GUST_1, GUST_2, C_1, C_2, LASTING, COMMANDS = range(17, 25)
+"""The states: motion, its prediction, networks, modelled and acting wrench, gusts, estimated current, and from COMMANDS on the
+last commands of force and moment, the latest pair first."""
 
 FREQUENCIES = 100
 """Number of frequencies at which a loop is looked at."""
@@ -46,39 +44,37 @@ STEP = 1e-5
 """Of the differences, in units of each state."""
 
 
-class Mean(NamedTuple):
-    """Mean loads along and across the reference: earth-fixed force, with its lever, and current."""
-
-    force: tuple[float, float] = (0.0, 0.0)
-    lever: float = 0.0
-    current: tuple[float, float] = (0.0, 0.0)
+UNUSED: Bank = bank(KnownVessel(**INSTANT), 1.0)._replace(every=0)
+UNUSED_STATE = first_state(UNUSED, 1.0)
+"""The identification of the actuators, which is not in the model."""
 
 
-class Steady(NamedTuple):
-    """A steady motion about which the law is linearised.
+class Lag(NamedTuple):
+    """What an actuator of the hull does to its commands: first-order lag and dead time, s."""
 
-    Attributes:
-        speed, turn: Speed over ground and yaw rate of the reference.
-        motion: Of the vessel; the reference is at the origin with heading 0.
-        mean: Loads.
-        wrench: Surge force and yaw moment that it takes.
-    """
-
-    speed: float
-    turn: float
-    motion: Motion
-    mean: Mean
-    wrench: tuple[float, float]
+    lag: float
+    dead_time: float
 
 
 class Linear(NamedTuple):
-    """A and the columns of B: errors of x, y, psi, u, v, r, (19, 6), force and current, (19, 2), hull-fixed wrench, (19, 3)."""
+    """The linearised law and hull.
 
+    Attributes:
+        T: Period.
+        late: Dead times of the hull's actuators in periods.
+        A: Shape (n, n).
+        noise, force, current, wrench, arriving: Columns of B: of errors of x, y, psi, u, v, r, (n, 6), earth-fixed force and
+            current, (n, 2), hull-fixed wrench, (n, 3), and what is added to the commands that arrive, (n, 2).
+    """
+
+    T: float
+    late: tuple[int, int]
     A: Array
     noise: Array
     force: Array
     current: Array
     wrench: Array
+    arriving: Array
 
 
 class Loads(NamedTuple):
@@ -102,127 +98,111 @@ class Loads(NamedTuple):
     frequency: float
 
 
-def steady(hull: Hull, speed: float, turn: float, mean: Mean) -> Steady:
-    """The steady motion of a hull along a straight line or circle; its drift angle by the secant method.
-
-    Args:
-        hull: Accelerations.
-        speed, turn: Of the reference.
-        mean: Loads.
-    """
-
-    def motion(v: float) -> Motion:
-        u = math.sqrt(speed * speed - v * v)
-        return Motion(0.0, 0.0, -math.atan2(v, u), u, v, turn)
-
-    def excess(v: float) -> float:
-        return _accelerations(hull, motion(v), mean, (0.0, 0.0, 0.0))[1]
-
-    before, v = 0.0, 1e-3 * speed
-    for _ in range(50):
-        slope = (excess(v) - excess(before)) / (v - before) if v != before else 0.0
-        if slope == 0.0:
-            break
-        before, v = v, min(max(v - excess(v) / slope, -0.7 * speed), 0.7 * speed)
-    return Steady(speed, turn, motion(v), mean, _balance(hull, motion(v), mean))
-
-
-def at_rest(hull: Hull, mean: Mean) -> list[Steady]:
-    """The vessel at the target, in each heading that the loads turn it back to: there the sway force grows with the heading.
-
-    Args:
-        hull: Accelerations.
-        mean: Loads, at least one of them.
-    """
-
-    def sway(psi: float) -> float:
-        return _accelerations(hull, Motion(0.0, 0.0, psi, 0.0, 0.0, 0.0), mean, (0.0, 0.0, 0.0))[1]
-
-    grid = np.linspace(-math.pi, math.pi, HEADINGS + 1) + 1e-3
-    values = [sway(float(psi)) for psi in grid]
-    found = []
-    for k in range(HEADINGS):
-        if values[k] < 0.0 <= values[k + 1]:
-            low, high = float(grid[k]), float(grid[k + 1])
-            for _ in range(50):
-                middle = 0.5 * (low + high)
-                low, high = (middle, high) if sway(middle) < 0.0 else (low, middle)
-            motion = Motion(0.0, 0.0, high, 0.0, 0.0, 0.0)
-            found.append(Steady(0.0, 0.0, motion, mean, _balance(hull, motion, mean)))
-    return found
-
-
-def _accelerations(hull: Hull, motion: Motion, mean: Mean, wrench: tuple[float, float, float]) -> tuple[float, float, float]:
-    """The accelerations under a hull-fixed wrench and the mean loads."""
-    X, Y = to_body(*mean.force, motion.psi)
-    return hull(motion, (wrench[0] + X, wrench[1] + Y, wrench[2] + mean.lever * Y), to_body(*mean.current, motion.psi))
-
-
-def _balance(hull: Hull, motion: Motion, mean: Mean) -> tuple[float, float]:
-    """The surge force and yaw moment at which u and r do not change."""
-    free, of_force, of_moment = (
-        np.array(_accelerations(hull, motion, mean, wrench))[[0, 2]]
-        for wrench in ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    )
-    tau = np.linalg.solve(np.column_stack((of_force - free, of_moment - free)), -free)
-    return float(tau[0]), float(tau[1])
-
-
-def linearise(g: Gains, hull: Hull, at: Steady, lags: tuple[float, float], gust_time: float) -> Linear:
+def linearise(g: Gains, hull: Hull, at: Steady, lags: tuple[Lag, Lag], gust_time: float) -> Linear:
     """A and B about a steady motion, by central differences of law and hull.
 
     Args:
         g: Gains; `T` is the control period.
         hull: Accelerations of the hull, which need not be the one that the gains are for.
         at: The steady motion.
-        lags: First-order lags of surge force and yaw moment, which stand for dead times too.
+        lags: Of the actuators of surge force and yaw moment, which need not be those that the law assumes.
         gust_time: Correlation time of the gusts.
     """
     m, (force, moment) = at.motion, at.wrench
-    x = np.zeros(32)
-    x[:19] = [*m, m.u, m.v, m.r, -force / g.m11, 0.0, -moment / g.m33, force, moment, 0.0, 0.0, 0.0, 0.0, m.v]
+    late = round(lags[0].dead_time / g.T), round(lags[1].dead_time / g.T)
+    places = max(*late, g.surge.delay, g.yaw.delay, 1)
+    x = [*m, *m, -force / g.m11, 0.0, -moment / g.m33, force, moment, force, moment, 0.0, 0.0, 0.0, 0.0, m.v, *at.wrench * places]
+    n = len(x)
     L, W, w, X, N = g.U_c * g.T_c, g.U_c, 1.0 / g.T_c, g.tau_1max, g.tau_2max
-    pose, velocities = [L, L, 1.0], [W, W, w]
-    steps = [*pose, *velocities, *velocities, W * w, W * w, w * w, X, N, X, X, W, W, W]
-    steps += [*pose, *velocities, X, X, W, W, X, X, N]
-    columns = np.empty((19, 32))
+    motion = [L, L, 1.0, W, W, w]
+    steps = [*motion, *motion, W * w, W * w, w * w, X, N, X, N, X, X, W, W, W, *[X, N] * places]
+    steps += [*motion, X, X, W, W, X, X, N, X, N]
+    centre, columns, period = np.array(x + [0.0] * 15), np.empty((n, n + 15)), Period(g, hull, at, lags, late, gust_time)
     for i, size in enumerate(steps):
-        d = np.zeros(32)
+        d = np.zeros(n + 15)
         d[i] = STEP * size
-        columns[:, i] = (_rates(g, hull, at, lags, gust_time, x + d) - _rates(g, hull, at, lags, gust_time, x - d)) / (2.0 * d[i])
-    return Linear(*np.split(columns, [19, 25, 27, 29], axis=1))
+        columns[:, i] = (period.later(centre + d, n) - period.later(centre - d, n)) / (2.0 * d[i])
+    return Linear(g.T, late, *np.split(columns, [n, n + 6, n + 8, n + 10, n + 13], axis=1))
 
 
-def _rates(g: Gains, hull: Hull, at: Steady, lags: tuple[float, float], gust_time: float, x: Array) -> Array:
-    """The derivative of the states: of the states, measurement errors, force, current and hull-fixed wrench in x, shape (32,)."""
-    z = x.tolist()
-    n, m, U, r_d, c = z[19:], Motion(*z[:6]), at.speed, at.turn, (z[C_1], z[C_2], z[LASTING])
-    seen = Motion(*[a + b for a, b in zip(m, n, strict=False)])
-    desired, still = Motion(0.0, 0.0, 0.0, U, 0.0, r_d), Acceleration(0.0, 0.0, 0.0)
-    s = control(
-        seen, guidance(seen, desired, still, g), turn_in_current(desired, still, c, g), c, U, Estimates(*z[F_U : F_R + 1]), g
-    )
-    p, (eu, ev, er) = 0.25 * g.lam * g.lam, (a - b for a, b in zip(seen[3:], z[U_P : R_P + 1], strict=True))
-    (F_1, F_2), (c_1, c_2), mean = at.mean.force, at.mean.current, at.mean
-    mean = Mean((F_1 + z[GUST_1] + n[6], F_2 + z[GUST_2] + n[7]), mean.lever, (c_1 + n[8], c_2 + n[9]))
-    du, dv, dr = _accelerations(hull, m, mean, (z[TAU_1] + n[10], n[11], z[TAU_2] + n[12]))
-    ux, uy = to_body(m.u, m.v, -m.psi)
-    learned = learned_current(seen, desired, c, g._replace(T=1.0))
-    return np.array([
-        ux - U + r_d * m.y, uy - r_d * m.x, m.r - r_d, du, dv, dr,
-        z[F_U] + s.tau_1 / g.m11 + g.lam * eu, z[F_V] + g.lam * ev, z[F_R] + s.tau_2 / g.m33 + g.lam * er,
-        p * eu + g.gamma3 * s.S2, p * ev + g.gamma1 * s.S1, p * er + g.gamma2 * s.ahead * s.S1,
-        (s.tau_1 - z[TAU_1]) / lags[0], (s.tau_2 - z[TAU_2]) / lags[1],
-        -z[GUST_1] / gust_time + r_d * z[GUST_2], -z[GUST_2] / gust_time - r_d * z[GUST_1],
-        learned[0] - c[0] + r_d * c[1], learned[1] - c[1] - r_d * c[0], learned[2] - c[2],
-    ])  # fmt: skip
+class Period:
+    """The states a control period later, without limits.
+
+    Args:
+        g, hull, at, lags, gust_time: As for `linearise`.
+        late: The dead times in periods.
+    """
+
+    def __init__(self, g: Gains, hull: Hull, at: Steady, lags: tuple[Lag, Lag], late: tuple[int, int], gust_time: float) -> None:
+        surge, yaw = (each._replace(limit=LARGEST_CHANGE, change=LARGEST_CHANGE) for each in (g.surge, g.yaw))
+        g = g._replace(tau_1max=LARGEST_CHANGE, tau_2max=LARGEST_CHANGE, surge=surge, yaw=yaw)
+        # One neuron, so wide that it is always active, is an integrator.
+        self.constants = Constants(g, Neurons(np.zeros((1, 3)), 1e9, False, np.zeros(0)), UNUSED)
+        self.hull, self.at, self.lags, self.late, self.gust = hull, at, lags, late, math.exp(-g.T / gust_time)
+
+    def later(self, x: Array, n: int) -> Array:
+        """The n states after a period in which states and inputs were x."""
+        z, T, at = x.tolist(), self.constants.gains.T, self.at
+        motion, inputs = Motion(*z[:6]), z[n:]
+        seen = Motion(*[a + b for a, b in zip(motion, inputs, strict=False)])
+        wrench, m = self.command(z[:n], seen)
+        commands = [*wrench, *z[COMMANDS:n]]
+        tau, acting = [], []
+        for i, (lag, late) in enumerate(zip(self.lags, self.late, strict=True)):
+            command, last = commands[2 * late + i] + inputs[13 + i], z[TAU_1 + i]
+            share = -math.expm1(-T / lag.lag) if lag.lag else 1.0
+            tau.append(last + share * (command - last))
+            acting.append(command + share * lag.lag / T * (last - command))  # the mean of the period
+        loads = [*inputs[6:10], acting[0] + inputs[10], inputs[11], acting[1] + inputs[12]]
+        motion, turned = self.moved(motion, loads, z[GUST_1 : GUST_2 + 1]), at.turn * T
+        fu, fv, fr = (float(w + growth) for w, growth in zip(m.W[:, 0], m.growth[:, 0], strict=True))
+        gusts = to_body(self.gust * z[GUST_1], self.gust * z[GUST_2], turned)
+        relative = self.seen_from_reference(motion), self.seen_from_reference(m.predicted)
+        return np.array(
+            [*relative[0], *relative[1], fu, fv, fr, m.tau_1, m.tau_2, *tau, *gusts, *to_body(m.c[0], m.c[1], turned), m.c[2],
+             *commands[: n - COMMANDS]]
+        )  # fmt: skip
+
+    def command(self, z: list[float], seen: Motion) -> tuple[tuple[float, float], Memory]:
+        """The wrench that the law commands, and its memory afterwards."""
+        one, at = np.ones(1), self.at
+        queue = np.array(z[COMMANDS:]).reshape(-1, 2).T
+        queue = np.concatenate((np.zeros((2, 1)), queue[:, ::-1]), axis=1)  # the present command goes to the column 0
+        networks, c = np.array(z[NETWORKS])[:, None], (z[C_1], z[C_2], z[LASTING])
+        predicted, (tau_1, tau_2) = Motion(*z[PREDICTED]), z[MODELLED]
+        m = Memory(networks, one, np.zeros((3, 1)), np.zeros((3, 1)), predicted, tau_1, tau_2, 0, queue, c, UNUSED_STATE)
+        desired = Motion(0.0, 0.0, 0.0, at.speed, 0.0, at.turn)
+        wrench, _, m = step(seen, desired, Acceleration(0.0, 0.0, 0.0), m, self.constants)
+        return wrench, m
+
+    def moved(self, motion: Motion, loads: list[float], gusts: list[float]) -> Motion:
+        """The motion of the hull after the period, by two steps of the midpoint rule."""
+        (F_1, F_2), (c_1, c_2), h = self.at.mean.force, self.at.mean.current, 0.5 * self.constants.gains.T
+        mean = Mean((F_1 + gusts[0] + loads[0], F_2 + gusts[1] + loads[1]), self.at.mean.lever, (c_1 + loads[2], c_2 + loads[3]))
+        wrench = loads[4], loads[5], loads[6]
+        for _ in range(2):
+            start = Acceleration(*accelerations(self.hull, motion, mean, wrench))
+            middle = Acceleration(*accelerations(self.hull, extrapolate(motion, start, 0.5 * h), mean, wrench))
+            motion = extrapolate(motion, middle, h)
+        return motion
+
+    def seen_from_reference(self, motion: Motion) -> Motion:
+        """A motion in the axes of the reference, a period later."""
+        desired = Motion(0.0, 0.0, 0.0, self.at.speed, 0.0, self.at.turn)
+        goal = extrapolate(desired, Acceleration(0.0, 0.0, 0.0), self.constants.gains.T)
+        x, y = to_body(motion.x - goal.x, motion.y - goal.y, goal.psi)
+        return Motion(x, y, motion.psi - goal.psi, motion.u, motion.v, motion.r)
 
 
 def covariance(A: Array, Q: Array) -> Array:
-    """P of A·P + P·A' + Q = 0 for a stable A."""
-    n = len(A)
-    one = np.eye(n)
-    return np.asarray(np.linalg.solve(np.kron(one, A) + np.kron(A, one), -Q.ravel()).reshape(n, n))
+    """P of P = A·P·A' + Q for a stable A: the sum of A^k·Q·A'^k, twice as many terms with each step."""
+    P = Q
+    for _ in range(60):
+        more = A @ P @ A.T
+        P, A = P + more, A @ A
+        if np.abs(more).max() <= 1e-13 * np.abs(P).max():
+            break
+    return P
 
 
 class Error(NamedTuple):
@@ -259,20 +239,21 @@ def error(g: Gains, found: Linear, at: Steady, loads: Loads) -> Error:
         at: The steady motion.
         loads: What disturbs the vessel.
     """
-    keep = np.arange(19 if at.turn else C_1)
+    keep, T = _kept(found, at), found.T
     A, noise = found.A[np.ix_(keep, keep)], found.noise[keep] * np.array(loads.noise)
-    Q = noise @ noise.T
-    Q[[GUST_1, GUST_2], [GUST_1, GUST_2]] += 2.0 * loads.gust * loads.gust / loads.gust_time
+    Q = noise @ noise.T / T
+    Q[[GUST_1, GUST_2], [GUST_1, GUST_2]] -= loads.gust * loads.gust * math.expm1(-2.0 * T / loads.gust_time)
     P = covariance(A, Q)
     inputs = [(found.wrench[keep] @ np.array(loads.wrench), loads.frequency)] if loads.frequency else []
     if at.turn:
         rotating, current = np.array([1.0, 1j]), loads.current / (1.0 - loads.current / at.speed) ** 2
         inputs += [(found.force[keep] @ rotating * loads.force, at.turn), (found.current[keep] @ rotating * current, at.turn)]
-    responses = [response(A, *each) for each in inputs]
+    responses = [response(A, B, omega * T) for B, omega in inputs]
     size = sum((np.abs(x) for x in responses), np.zeros(len(A)))
-    surfaces = _surfaces(g, at)[:, keep]
+    surfaces = _surfaces(g, at, len(found.A))[:, keep]
     sigma = np.sqrt(np.maximum(np.diag(P), 0.0))
-    peaks = np.abs(at.wrench) + np.abs(np.array(loads.wrench)[[0, 2]]) + size[[TAU_1, TAU_2]] + SIGMAS * sigma[[TAU_1, TAU_2]]
+    latest = [*np.flatnonzero(np.isin(keep, [COMMANDS, COMMANDS + 1]))]
+    peaks = np.abs(at.wrench) + size[latest] + SIGMAS * sigma[latest]
     return Error(
         sum(_half_axis(x[DX], x[DY]) for x in responses),
         _largest(P[:2, :2]),
@@ -282,9 +263,15 @@ def error(g: Gains, found: Linear, at: Steady, loads: Loads) -> Error:
     )
 
 
-def response(A: Array, B: Array, omega: float) -> NDArray[np.complex128]:
-    """The states under an input of the frequency omega, as complex amplitudes."""
-    return np.asarray(np.linalg.solve(1j * omega * np.eye(len(A)) - A, B), dtype=np.complex128)
+def _kept(found: Linear, at: Steady | None) -> NDArray[np.intp]:
+    """The states that count: the estimated current has no effect where the reference does not turn."""
+    n = np.arange(len(found.A))
+    return n if at and at.turn else n[(n < C_1) | (n > LASTING)]
+
+
+def response(A: Array, B: Array, angle: float) -> NDArray[np.complex128]:
+    """The states under an input that turns by an angle in each period, as complex amplitudes."""
+    return np.asarray(np.linalg.solve(np.exp(1j * angle) * np.eye(len(A)) - A, B), dtype=np.complex128)
 
 
 def _half_axis(x: complex, y: complex) -> float:
@@ -297,40 +284,42 @@ def _largest(P: Array) -> float:
     return math.sqrt(max(float(np.linalg.eigvalsh(P)[-1]), 0.0))
 
 
-def _surfaces(g: Gains, at: Steady) -> Array:
-    """S2 and S1 as functions of the states, near the target at rest or on the path, shape (2, 19)."""
-    s, lever = np.zeros((2, 19)), math.hypot(g.l0, g.T_a * at.speed)
+def _surfaces(g: Gains, at: Steady, n: int) -> Array:
+    """S2 and S1 as functions of the states, near the target at rest or on the path, shape (2, n)."""
+    s, lever = np.zeros((2, n)), math.hypot(g.l0, g.T_a * at.speed)
     cosine, sine = math.cos(at.motion.psi), math.sin(at.motion.psi)
     s[0, [DX, DY, U_]], s[1, [DX, DY, V_, R_]] = (g.c * cosine, g.c * sine, 1.0), (-g.c * sine, g.c * cosine, 1.0, lever)
     s[1, PSI] = at.speed
     return s
 
 
-def poles(found: Linear) -> Array:
-    """The real parts of the poles; the estimated current, which does not enter the straight line, is left out."""
-    return np.asarray(np.linalg.eigvals(found.A[:C_1, :C_1]).real)
+def poles(found: Linear, at: Steady | None = None) -> NDArray[np.complex128]:
+    """The poles, as rates in 1/s; without a turn those of the estimated current are left out."""
+    keep = _kept(found, at)
+    values = np.linalg.eigvals(found.A[np.ix_(keep, keep)]).astype(complex)
+    return np.asarray(np.log(np.where(values == 0.0, 1e-300, values)) / found.T)
 
 
 def settling(found: Linear, at: Steady) -> float:
     """The time constant of the slowest deviation, in a turn with the estimated current, s."""
-    n = 19 if at.turn else C_1
-    return -1.0 / float(np.linalg.eigvals(found.A[:n, :n]).real.max())
+    return -1.0 / float(poles(found, at).real.max())
 
 
-def dead_time(g: Gains, found: Linear, command: int, lag: float) -> float:
-    """The smallest dead time of a command that makes the law unstable, beyond the lag that is in A, s.
+def dead_time(g: Gains, found: Linear, command: int) -> float:
+    """The smallest dead time of a command that makes the law unstable, beyond what is in A, s.
 
     Args:
         g: Gains.
         found: A and B.
-        command: TAU_1 or TAU_2.
-        lag: Of this command.
+        command: 0 of surge force, 1 of yaw moment.
     """
-    A, B, one = found.A[:C_1, :C_1].copy(), np.zeros(C_1), np.eye(C_1)
-    of_states = lag * A[command] + one[command]
-    A[command], B[command] = -one[command] / lag, 1.0 / lag
-    omega = np.geomspace(0.1 * g.c, 10.0 * g.lam, FREQUENCIES)
-    L = -np.linalg.solve(1j * omega[:, None, None] * one - A, np.broadcast_to(B[:, None].astype(complex), (len(omega), C_1, 1)))
-    loop = L[:, :, 0] @ of_states
+    keep = _kept(found, None)
+    A, B, row = found.A[np.ix_(keep, keep)], found.arriving[keep, command], int(np.flatnonzero(keep == COMMANDS + command)[0])
+    omega = np.geomspace(0.1 * g.c, min(10.0 * g.lam, 0.99 * math.pi / g.T), FREQUENCIES)
+    z = np.exp(1j * omega * g.T)
+    x = np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, np.broadcast_to(B[:, None].astype(complex), (len(z), len(A), 1)))
+    # An input w where the command y arrives gives y = -L·(y + w); the latest command is known a period later.
+    y = x[:, row, 0] * z ** (1 - found.late[command])
+    loop = -y / (1.0 + y)
     passes = np.flatnonzero(np.diff(np.sign(np.abs(loop) - 1.0)))
     return float(min((np.angle(-loop[k]) % (2.0 * math.pi) / omega[k + 1] for k in passes), default=math.inf))

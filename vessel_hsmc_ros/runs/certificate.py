@@ -12,26 +12,9 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError
 from vessel_hsmc_ros.core.interval import Interval, about
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.laws.hierarchical_bounds import ball, rest_ratio, routh_ratio, turning_ratio
-from vessel_hsmc_ros.laws.hierarchical_linear import (
-    R_,
-    SIGMAS,
-    TAU_1,
-    TAU_2,
-    U_,
-    V_,
-    Error,
-    Hull,
-    Mean,
-    Steady,
-    at_rest,
-    dead_time,
-    error,
-    linearise,
-    poles,
-    settling,
-    steady,
-)
+from vessel_hsmc_ros.laws.hierarchical_linear import R_, SIGMAS, U_, V_, Error, dead_time, error, linearise, poles, settling
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, gains
+from vessel_hsmc_ros.laws.hierarchical_steady import Hull, Mean, Steady, at_rest, steady
 from vessel_hsmc_ros.runs.certified_case import BOX, Case, hull_at, sway_of
 
 SIDES = 0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi
@@ -150,9 +133,9 @@ def _judged(case: Case, clauses: list[Clause], motions: list[tuple[Hull, Steady]
         motions: Hulls with their steady motions.
         bound: The bound of the position error, from the errors of all of them.
     """
-    g, lags = case.g, case.delays()
-    linear = [(linearise(g, hull, at, lags, case.loads.gust_time), at) for hull, at in motions]
-    slowest = max(float(poles(each).max()) for each, _ in linear)
+    g = case.g
+    linear = [(linearise(g, hull, at, case.lags, case.loads.gust_time), at) for hull, at in motions]
+    slowest = max(float(poles(each).real.max()) for each, _ in linear)
     decay = 1.0 - slowest / g.c
     clauses.append(Clause("1 + slowest decay/c", Interval(decay, decay)))
     if slowest >= 0.0:
@@ -214,17 +197,17 @@ def _within(name: str, shares: Sequence[float]) -> Clause:
 
 def spare_dead_time(case: Case) -> float:
     """The dead time that the law tolerates at every corner of the box, besides lag and dead time of the actuators, s."""
-    g, lags, still = case.g, case.delays(), Mean()
+    g, still = case.g, Mean()
     weak = Mean((WEAK * g.tau_1max, 0.0))
     motions = [
         (hull, at)
         for hull in case.hulls(case.known.ahead if case.speed else 0.0)
         for at in ([steady(hull, case.speed, case.turn, still)] if case.speed else at_rest(hull, weak))
     ]
-    found = [linearise(g, hull, at, lags, case.loads.gust_time) for hull, at in motions]
-    if max(float(poles(each).max()) for each in found) >= 0.0:
+    found = [linearise(g, hull, at, case.lags, case.loads.gust_time) for hull, at in motions]
+    if max(float(poles(each).real.max()) for each in found) >= 0.0:
         return math.nan
-    return min(dead_time(g, each, *loop) for each in found for loop in ((TAU_1, lags[0]), (TAU_2, lags[1])))
+    return min(dead_time(g, each, command) for each in found for command in (0, 1))
 
 
 def lowest_rate(case: Case) -> float:

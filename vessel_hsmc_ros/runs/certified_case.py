@@ -20,8 +20,9 @@ from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.law.inputs import dynamics
 from vessel_hsmc_ros.law.known_vessel import ControlledVessel
-from vessel_hsmc_ros.laws.hierarchical_linear import Hull, Loads, Mean
+from vessel_hsmc_ros.laws.hierarchical_linear import Lag, Loads
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
+from vessel_hsmc_ros.laws.hierarchical_steady import Hull, Mean
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, acceleration, unforced_acceleration
 from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -52,7 +53,7 @@ class Case(NamedTuple):
     ship: ShipParameters
     speed: float
     turn: float
-    lags: tuple[float, float]
+    lags: tuple[Lag, Lag]
     loads: Loads
     lever: float
 
@@ -65,10 +66,6 @@ class Case(NamedTuple):
         F, c, along = self.loads.force, self.loads.current, angle + self.loads.between
         force, current = (F * math.cos(angle), F * math.sin(angle)), (c * math.cos(along), c * math.sin(along))
         return Mean(force, self.lever, current)
-
-    def delays(self) -> tuple[float, float]:
-        """The lags with half a period, by which the law holds its command."""
-        return self.lags[0] + 0.5 * self.g.T, self.lags[1] + 0.5 * self.g.T
 
 
 def case_of(scenario: Scenario) -> Case:
@@ -97,12 +94,12 @@ def case_of(scenario: Scenario) -> Case:
     )
 
 
-def _lags(scenario: Scenario) -> tuple[float, float]:
+def _lags(scenario: Scenario) -> tuple[Lag, Lag]:
     """Lag and dead time of surge force and yaw moment."""
     if (a := scenario.vessel_sim.actuators).kind == "wrench":
-        return a.surge_lag + a.surge_dead_time, a.yaw_lag + a.yaw_dead_time
+        return Lag(a.surge_lag, a.surge_dead_time), Lag(a.yaw_lag, a.yaw_dead_time)
     d = dynamics(scenario.controller.vessel.as_controlled())
-    return d.surge.lag + d.surge.dead_time, d.yaw.lag + d.yaw.dead_time
+    return Lag(d.surge.lag, d.surge.dead_time), Lag(d.yaw.lag, d.yaw.dead_time)
 
 
 def _loads(scenario: Scenario, period: float) -> Loads:
