@@ -40,6 +40,9 @@ SIDES = 0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi
 SMALL, SMALL_AT_REST = 0.5, 0.35
 """Largest deviation of the heading under way, and its largest standard deviation at rest, for which the law is linear, rad."""
 
+DAMPED = 1.5
+"""D/c from which a vessel at rest was never seen to circle in wind and current; below, the ball is its bound."""
+
 WEAK = 0.02
 """Share of the surge force with which the surfaces at rest are bounded where no load turns the vessel."""
 
@@ -110,7 +113,8 @@ def at_a_point(case: Case) -> Part:
     """The certificate of station keeping."""
     g, loads, x_p = case.g, case.loads, case.known.ahead
     D, _ = sway_of(hull_at(case.ship.coefficients(), 0.0), 0.0, 1e-4 * g.U_c)
-    clauses = [_sampled(g), Clause("sway damping/approach rate D/c", rest_ratio(g, about(D, BOX)))]
+    damping = rest_ratio(g, about(D, BOX))
+    clauses = [_sampled(g), Clause("sway damping/approach rate D/c", damping)]
     if x_p > 0.0:
         lever = Interval(g.l0, g.l0) / x_p
         clauses.append(Clause("station lever/centre of percussion l0/x_p", lever))
@@ -122,7 +126,9 @@ def at_a_point(case: Case) -> Part:
 
     def bound(found: list[Error]) -> float:
         largest = ball(g, max(each.surfaces[0] + SIGMAS * each.surfaces[1] for each in found))
-        turned = blows and not any(loads.wrench) and max(each.heading[1] for each in found) < SMALL_AT_REST
+        turned = (
+            blows and damping.low > DAMPED and not any(loads.wrench) and max(each.heading[1] for each in found) < SMALL_AT_REST
+        )
         return min(largest, max(each.bound(0.0) for each in found)) if turned else largest
 
     return _judged(case, clauses, motions, bound)
