@@ -109,9 +109,7 @@ class StepTerms(NamedTuple):
 
 @kernel
 def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float, float, float], g: Gains) -> None:
-    """The rates of the weights (29), normalised: dW = (gamma·S + lam²/4·error)·H/|H|².
-
-    A prediction error and its weights then are two real poles at lam/2.
+    """The rates of the weights (29), normalised: dW = (gamma·S + rho·error)·H/|H|², with rho = lam²/4.
 
     Args:
         m: Internal state, whose `growth` is written.
@@ -122,10 +120,9 @@ def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float,
     power = 1e-12
     for h in m.H.tolist():
         power += h * h
-    p = 0.25 * g.lam * g.lam
-    m.growth[0, 0] = g.T / power * (p * errors[0] + g.gamma3 * S[0])
-    m.growth[1, 0] = g.T / power * (p * errors[1] + g.gamma1 * S[1])
-    m.growth[2, 0] = g.T / power * (p * errors[2] + g.gamma2 * S[2])
+    m.growth[0, 0] = g.T / power * (g.rho * errors[0] + g.gamma3 * S[0])
+    m.growth[1, 0] = g.T / power * (g.rho * errors[1] + g.gamma1 * S[1])
+    m.growth[2, 0] = g.T / power * (g.rho * errors[2] + g.gamma2 * S[2])
 
 
 @kernel
