@@ -149,7 +149,7 @@ ROWS = (
     Row("4", "k = 100 1/s", constants={"k1": 100.0, "k2": 100.0}),
     Row("4", "sgn instead of a boundary layer", constants={"phi1": 1e-9, "phi2": 1e-9}),
     Row("5", "(29) as printed", kernel="printed"),
-    Row("5", "(29) corrected, without prediction errors", constants={"lam": 0.0}),
+    Row("5", "(29) corrected, without prediction errors", constants={"rho": 0.0}),
     Row("5", "prediction errors alone", constants={"gamma1": 0.0, "gamma2": 0.0, "gamma3": 0.0}),
     Row("", "no networks", constants=NO_NETWORKS),
     Row("", "one neuron instead of 27", network(layout="listed")),

@@ -14,7 +14,7 @@ REFERENCE = Motion(0.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 
 def inputs(y: float) -> Inputs:
     """A ship beside its reference, m."""
-    return Motion(0.0, y, 0.1, 0.8, 0.05, 0.01), REFERENCE, Acceleration(0.0, 0.0, 0.0), 0.0
+    return Motion(0.0, y, 0.1, 0.8, 0.05, 0.01), REFERENCE, Acceleration(0.0, 0.0, 0.0), 0.0, 0.1
 
 
 def fallback(law: str) -> Fallback:

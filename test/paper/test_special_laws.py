@@ -33,7 +33,7 @@ def test_the_law_with_the_exact_model_is_the_law_whose_networks_give_it() -> Non
         law.step(motion, desired, acceleration)  # gives the activations at this motion
         law.memory.growth[:] = 0.0
         law.memory.W[:] = np.array(f)[:, None] / law.memory.H.sum()
-        law.memory = law.memory._replace(c=(0.0, 0.0, 0.0))
+        law.memory = law.memory._replace(c=(0.0, 0.0, 0.0), predicted=motion)  # as if the motion had been predicted exactly
         wrench, terms = law.step(motion, desired, acceleration)
         found, exact_terms = exact.step(motion, desired, acceleration)
         assert found == pytest.approx(wrench, rel=1e-9)

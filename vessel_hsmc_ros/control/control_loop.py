@@ -72,7 +72,7 @@ class Watch:
         return next((monitor.reason for monitor in self.monitors if monitor.alarm is Alarm.SAFE), Reason.NONE)
 
 
-Inputs = tuple[Motion, Motion, Acceleration, float]
+Inputs = tuple[Motion, Motion, Acceleration, float, float]
 
 
 class Fallback:
@@ -90,8 +90,8 @@ class Fallback:
         """The wrench of the fallback law; None where it is not needed or has none.
 
         Args:
-            inputs: Ship, reference, acceleration of the reference and age, as `guarded_step` takes them; None where they are
-                missing.
+            inputs: Ship, reference, acceleration of the reference, age and measured heading, as `guarded_step` takes them; None
+                where they are missing.
             needed: Whether the wrench is used.
         """
         if not needed or inputs is None:
@@ -272,7 +272,7 @@ class ControlLoop:
             self.observer.take_for(self.law.known)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
         at = to_controlled_point(measured, desired, acceleration, self.delta, self.point)
-        inputs = at.motion, at.desired, at.acceleration, age
+        inputs = at.motion, at.desired, at.acceleration, age, as_measured[1].psi
         if self.watch:
             reason = reason or self.watch.step(self.wrench, measured, self.observer, self.grid.period, as_measured)
         try:
@@ -306,7 +306,7 @@ class ControlLoop:
         demand: tuple[float, float] | None,
         reason: Reason,
         motion: Motion | None = None,
-        inputs: tuple[Motion, Motion, Acceleration, float] | None = None,
+        inputs: Inputs | None = None,
     ) -> None:
         """Command the law's wrench or what takes its place, and keep it."""
         fallback = self.fallback.step(inputs, self.supervision.wants_fallback) if self.fallback else None

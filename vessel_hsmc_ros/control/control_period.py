@@ -89,9 +89,9 @@ class Period(NamedTuple):
 
 
 @kernel
-def law_step(at: AtControlledPoint, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - a stand-in
-    """Stands for the step of a law, `without_age` or `with_age`."""
-    return (math.nan, math.nan), (at.motion.x, at.desired.x, age), memory
+def law_step(at: AtControlledPoint, age: float, heading: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - a stand-in
+    """Stands for the step of a law: `plain`, `with_age` or `with_heading`."""
+    return (math.nan, math.nan), (at.motion.x, at.desired.x, age + heading), memory
 
 
 @kernel
@@ -144,7 +144,7 @@ def control_period(given: ControlInputs, last: ControlState, c: ControlConstants
         observed = observe(given.measured_at, pose, then, observed, c.observer)
         motion = estimate(observed)
     at = law_inputs(motion, given, delta, c.point)
-    demand, terms, memory = law_step(at, given.age, memory, c.law)
+    demand, terms, memory = law_step(at, given.age, given.measured.psi, memory, c.law)
     if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
         return Period(ControlState(wrench, memory, observed, delta, commands), motion, terms, at.back, False, False)
     if c.observer.enabled:
@@ -160,15 +160,21 @@ def step(*_inputs: Any) -> StepOfLaw:
 
 
 @kernel
-def without_age(at: AtControlledPoint, age: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - in the place of `with_age`
+def plain(at: AtControlledPoint, age: float, heading: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - as `law_step`
     """The step of a law that takes no age."""
     return step(at.motion, at.desired, at.acceleration, memory, constants)
 
 
 @kernel
-def with_age(at: AtControlledPoint, age: float, memory: Any, constants: Any) -> StepOfLaw:
+def with_age(at: AtControlledPoint, age: float, heading: float, memory: Any, constants: Any) -> StepOfLaw:  # noqa: ARG001 - as `law_step`
     """The step of a law that takes the age, s."""
     return step(at.motion, at.desired, at.acceleration, memory, constants, age)
+
+
+@kernel
+def with_heading(at: AtControlledPoint, age: float, heading: float, memory: Any, constants: Any) -> StepOfLaw:
+    """The step of a law that takes the age, s, and the measured heading."""
+    return step(at.motion, at.desired, at.acceleration, memory, constants, age, heading)
 
 
 @functools.cache
@@ -183,7 +189,7 @@ def period_of(law: type[KernelLaw[Any]], observed: bool) -> Callable[..., Period
 
 def _call_of(law: type[KernelLaw[Any]]) -> Callable[..., StepOfLaw]:
     """The kernel for the name `law_step`."""
-    call = bound(with_age if law.takes_age else without_age, step=law.kernel)
+    call = bound(with_heading if law.takes_heading else with_age if law.takes_age else plain, step=law.kernel)
     return kernel(call)
 
 
@@ -199,7 +205,7 @@ def cause(law: KernelLaw[Any], given: ControlInputs, last: ControlState, c: Cont
     motion = estimate(last.observer) if c.observer.enabled else given.measured
     at = law_inputs(motion, given, last.delta, c.point)
     try:
-        guarded_step(law, at.motion, at.desired, at.acceleration, given.age)
+        guarded_step(law, at.motion, at.desired, at.acceleration, given.age, given.measured.psi)
     except VesselHsmcError as error:
         return error
     return ControlError(f"law {named(law)} commanded a wrench that is not finite")

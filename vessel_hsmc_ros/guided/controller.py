@@ -268,7 +268,13 @@ def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants, age: float = 0.0
+    motion: Motion,
+    desired: Motion,
+    acceleration: Acceleration,
+    m: Memory,
+    constants: Constants,
+    age: float = 0.0,
+    heading: float = math.nan,
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: correct the filter, predict through the dead time, compute track, turn and wrench, predict the next period.
 
@@ -277,6 +283,7 @@ def step(
         m: Internal state; its arrays are written in place.
         constants: Gains and the models of the actuators.
         age: How long ago ship and reference were in these states, s; at most LONGEST_AGE counts.
+        heading: Measured heading; that of `motion` by default.
 
     Returns:
         The wrench, its terms, and the internal state.
@@ -303,7 +310,7 @@ def step(
     m.queue[0, m.head], m.queue[1, m.head] = command_1, command_2
     wrench = (command_1 * g.force, command_2 * g.moment)
     if models.every > 0:
-        identify(m.bank, models, motion.psi, age, wrench[1])
+        identify(m.bank, models, heading if math.isfinite(heading) else motion.psi, age, wrench[1])
 
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
@@ -347,6 +354,7 @@ class GuidedController(KernelLaw[GuidedParameters]):
 
     name = "guided"
     takes_age = True
+    takes_heading = True
     kernel = staticmethod(step)
     outdated = staticmethod(outdated)
     terms = StepTerms

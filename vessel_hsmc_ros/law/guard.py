@@ -20,7 +20,7 @@ KINDS = tuple(type(value) for value in Terms())
 
 
 def guarded_step(
-    law: Law[Any], motion: Motion, desired: Motion, acceleration: Acceleration, age: float = 0.0
+    law: Law[Any], motion: Motion, desired: Motion, acceleration: Acceleration, age: float = 0.0, heading: float = math.nan
 ) -> tuple[tuple[float, float], Terms]:
     """Call `step` of a law and check what it returns.
 
@@ -28,6 +28,7 @@ def guarded_step(
         law: The law.
         motion, desired, acceleration: As for `Law.step`.
         age: How long ago ship and reference were in these states, s, for a law that takes it.
+        heading: Measured heading, for a law that takes it.
 
     Returns:
         The wrench and the terms, in plain floats.
@@ -37,7 +38,7 @@ def guarded_step(
         LawError: the law raised another exception, or returned something else than a wrench and terms.
     """
     try:
-        aged = (age,) if law.takes_age else ()
+        aged = (age, heading) if law.takes_heading else (age,) if law.takes_age else ()
         returned = law.step(motion, desired, acceleration, *aged)
     except VesselHsmcError:
         raise

@@ -37,7 +37,7 @@ class KernelLaw(Law[Parameters]):
     with NamedTuples: `constants`, `memory` and `terms` are of classes that no other law uses, `terms` are floats by the names of
     fields of `Terms`, and `memory.W` holds the weights that this step has used, shape (k, l), a row for each network. Where the
     law is undefined, the kernel returns a wrench of NaN and its memory unchanged. The kernel of a law with `takes_age` has a last
-    argument, `age: float = 0.0`.
+    argument, `age: float = 0.0`, and of one with `takes_heading` another, `heading: float = math.nan`.
 
     A law that learns what its constants depend on has a kernel `outdated(memory, constants) -> bool`, which is called after every
     step, and a method `renew`, which then sets other constants of the same types, before the next step.

@@ -35,6 +35,8 @@ class Law(ABC, Generic[Parameters]):
         name: Value of `controller.law` that selects the law, and name of the group of its parameters.
         takes_age: Whether `step` takes the age of the motion as well, because the law predicts the motion over it; a class that
             defines `step` declares it anew.
+        takes_heading: Whether `step` takes the measured heading after the age, because the law identifies the actuators: the
+            heading of `motion` may be estimated, and then turns as the estimator's own model does.
         tracks: Whether the law tracks the position of the reference; comparisons leave out those that do not.
         keeps_limits: Whether the law commands no more than the limits of the vessel, so that more is an error.
         parameters: The present parameters, unless the law redefines `retune`.
@@ -46,6 +48,7 @@ class Law(ABC, Generic[Parameters]):
 
     name: ClassVar[str] = ""
     takes_age: ClassVar[bool] = False
+    takes_heading: ClassVar[bool] = False
     tracks: ClassVar[bool] = True
     keeps_limits: ClassVar[bool] = True
 
@@ -53,7 +56,7 @@ class Law(ABC, Generic[Parameters]):
         super().__init_subclass__(**options)
         # A variant of a law that takes the age may define a step without it.
         if "step" in vars(cls) and "takes_age" not in vars(cls):
-            cls.takes_age = False
+            cls.takes_age = cls.takes_heading = False
 
     def __init__(self, parameters: Parameters, vessel: KnownVessel, period: float) -> None:
         self.vessel = vessel

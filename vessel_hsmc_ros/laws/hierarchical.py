@@ -109,9 +109,7 @@ class StepTerms(NamedTuple):
 
 @kernel
 def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float, float, float], g: Gains) -> None:
-    """The rates of the weights (29), normalised: dW = (gamma·S + lam²/4·error)·H/|H|².
-
-    A prediction error and its weights then are two real poles at lam/2.
+    """The rates of the weights (29), normalised: dW = (gamma·S + rho·error)·H/|H|², with rho = lam²/4.
 
     Args:
         m: Internal state, whose `growth` is written.
@@ -122,10 +120,9 @@ def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float,
     power = 1e-12
     for h in m.H.tolist():
         power += h * h
-    p = 0.25 * g.lam * g.lam
-    m.growth[0, 0] = g.T / power * (p * errors[0] + g.gamma3 * S[0])
-    m.growth[1, 0] = g.T / power * (p * errors[1] + g.gamma1 * S[1])
-    m.growth[2, 0] = g.T / power * (p * errors[2] + g.gamma2 * S[2])
+    m.growth[0, 0] = g.T / power * (g.rho * errors[0] + g.gamma3 * S[0])
+    m.growth[1, 0] = g.T / power * (g.rho * errors[1] + g.gamma1 * S[1])
+    m.growth[2, 0] = g.T / power * (g.rho * errors[2] + g.gamma2 * S[2])
 
 
 @kernel
@@ -221,7 +218,13 @@ def control(
 
 @kernel
 def step(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Constants, age: float = 0.0
+    motion: Motion,
+    desired: Motion,
+    acceleration: Acceleration,
+    m: Memory,
+    constants: Constants,
+    age: float = 0.0,
+    heading: float = math.nan,
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: the Euler step of the weights that the last period has left, the wrench, and the prediction for the next one.
 
@@ -230,6 +233,7 @@ def step(
         m: Internal state; its arrays are written in place.
         constants: Gains, neurons and the models of the actuators.
         age: How long ago vessel and reference were in these states, s.
+        heading: Measured heading; that of `motion` by default.
 
     Returns:
         The wrench, its terms, and the internal state.
@@ -257,7 +261,7 @@ def step(
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     predicted = predict(estimate, Acceleration(f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33), e, g)
     if models.every > 0:
-        identify(m.bank, models, motion.psi, age, wrench[1])
+        identify(m.bank, models, heading if math.isfinite(heading) else motion.psi, age, wrench[1])
     e1, e2 = to_body(motion.x - desired.x, motion.y - desired.y, motion.psi)
     terms = StepTerms(
         e1, e2, wrap(motion.psi - desired.psi), n.de1, n.de2, ship.r - goal.r, s.sigma1, s.sigma2, s.S1, s.S2, n.w1, turn[0],
@@ -288,6 +292,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
 
     name = "hierarchical"
     takes_age = True
+    takes_heading = True
     kernel = staticmethod(step)
     outdated = staticmethod(outdated)
     terms = StepTerms

@@ -30,6 +30,10 @@ INSTANT, PER_SLOWNESS, UNDECLARED = 0.8, 2.0, 1.8
 DEAD, RISE = 1.0, 0.4
 """How much of the dead time, and of the time from zero to the limit, counts as lag, although the law predicts both."""
 
+SLOWER, BEYOND = 0.5, 3.0
+"""Rate c at most, in terms of the declared decay rate of the sway velocity, because an error that decays faster than the drift
+circles; and station lever at least, in terms of the pivot's distance ahead, behind which a moment acts in reverse."""
+
 CURRENT_TIME, LASTING, WATER_SPEED = 4.0, 0.3, 0.07
 """Time constant of the estimated current in T, share of its rate at which the hull's lasting sway velocity is learned, and speed
 through the water in L/T below which the reference's turn is not corrected for the current."""
@@ -61,13 +65,16 @@ class HierarchicalParameters:
     actuator_identification: bool = parameter(
         True,
         "Whether lag, dead time and rate of the actuators are identified while the vessel turns, and replace declared ones that"
-        " do not explain its motion.",
+        " do not explain its motion. With the observer none are identified.",
     )
     network: NetworkParameters = group(NetworkParameters)
 
 
 class Gains(NamedTuple):
-    """The constants by their symbols, in SI units; T is the control period, T_c and U_c those of the estimated current."""
+    """The constants by their symbols, in SI units; T is the control period, T_c and U_c those of the estimated current.
+
+    rho = lam²/4 is the adaptation by prediction errors: a prediction error and its weights are two real poles at lam/2.
+    """
 
     c: float
     a: float
@@ -80,6 +87,7 @@ class Gains(NamedTuple):
     phi1: float
     phi2: float
     lam: float
+    rho: float
     gamma1: float
     gamma2: float
     gamma3: float
@@ -119,13 +127,16 @@ def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float
     numbers = {
         symbol: value * L ** UNITS[symbol][0] * T ** UNITS[symbol][1] for symbol, value in schema.symbols(parameters).items()
     }
+    if vessel.sway_damping_rate > 0.0:
+        numbers["c"] = min(numbers["c"], SLOWER * vessel.sway_damping_rate)
+    l0 = max(q * numbers["l0"], BEYOND * vessel.percussion_point)
     surge, yaw = (
         channel(limit, each.lag, each.remaining, each.rate, each.dead_time, period)
         for limit, each in zip((vessel.surge_force_limit, vessel.yaw_moment_limit), dynamics(vessel)[:2], strict=True)
     )
     g = Gains(
-        **numbers | {"l0": q * numbers["l0"]}, m11=vessel.surge_inertia, m33=vessel.yaw_inertia,
-        tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit,
+        **numbers | {"l0": l0}, rho=0.25 * numbers["lam"] * numbers["lam"],
+        m11=vessel.surge_inertia, m33=vessel.yaw_inertia, tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit,
         T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, surge=surge, yaw=yaw, T=period,
     )  # fmt: skip
     fastest = max(g.k1 + g.eta1 / g.phi1, g.k2 + g.eta2 / g.phi2, g.lam)

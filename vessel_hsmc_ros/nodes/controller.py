@@ -35,7 +35,6 @@ from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
-from vessel_hsmc_ros.scenario.scenario import law_parameters
 
 NOT_FOR_REAL_TIME = "law hierarchical_printed tolerates no late control steps: in real time use hierarchical or guided"
 
@@ -315,8 +314,8 @@ class ControllerNode(TimedNode):
             make_control_loop(parameters)
             self._outdated = True
             return
-        gains = law_parameters(parameters)
-        if gains != law_parameters(self.parameters):
+        gains = getattr(parameters, parameters.law)
+        if gains != getattr(self.parameters, parameters.law):
             self.loop.retune(gains)
 
     def _reset(self) -> str:

@@ -183,7 +183,7 @@ TOLD: Mapping[str, object] = {
 PREFIX = "repaired_"
 """What precedes the name of a case where it is run with the repaired law."""
 
-NO_NETWORKS = dict.fromkeys(("lam", "gamma1", "gamma2", "gamma3"), 0.0)
+NO_NETWORKS = dict.fromkeys(("rho", "gamma1", "gamma2", "gamma3"), 0.0)
 # sgn, and a gain that dominates all that networks would compensate, as in the case of the printed law.
 PLAIN = {**NO_NETWORKS, "phi1": 1e-9, "phi2": 1e-9, "eta1": ETA_WITHOUT_NETWORKS, "eta2": ETA_WITHOUT_NETWORKS}
 LARGER_ETA = {"circle_switching_0.1": 3.0, f"circle_switching_{ETA_OF_34:g}": 10.0, "circle_switching_2": 30.0}

@@ -30,7 +30,7 @@ from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
-from vessel_hsmc_ros.scenario.scenario import Scenario, law_parameters
+from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 
 TOPICS = ("odom", "reference", "cmd_wrench")
@@ -179,7 +179,7 @@ def _apply(loop: ControlLoop, controller: ControllerParameters, events: Sequence
     # All changes of a request together, as in the node: a limit may depend on another parameter.
     if changes := {name.partition(".")[2]: value for name, value in changed_parameters(events).items()}:
         controller = schema.build(ControllerParameters, schema.flatten(controller) | changes, "controller")
-        loop.retune(law_parameters(controller))
+        loop.retune(getattr(controller, controller.law))
     commands = loop.supervision
     acts = {"enable": commands.activate, "disable": commands.standby, "stop": commands.stop, "rearm": commands.rearm}
     for event in events:

@@ -15,6 +15,9 @@ LARGEST_TEXT = 8 << 20
 LARGEST_TABLE = 128 << 20
 """Bytes of the largest CSV file of measurements."""
 
+MAX_VALUES = 1_000_000
+"""Values that a YAML text may stand for, with every alias expanded."""
+
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
 
@@ -130,7 +133,31 @@ def read_plain_yaml(text: str) -> Any:
 
 def _loaded(text: str, loader: Any) -> Any:
     try:
-        return yaml.load(text, Loader=loader)  # noqa: S506 - a safe loader
-    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
+        reader = loader(text)
+        try:
+            node = reader.get_single_node()
+            _count(node, {})
+            return None if node is None else reader.construct_document(node)
+        finally:
+            reader.dispose()
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
         # What the library raises for dates, numbers and tags that do not fit, such as 2001-99-99 or `!!int x`.
         raise yaml.YAMLError(f"a value cannot be read: {error}") from None
+
+
+def _count(node: Any, known: dict[int, int]) -> int:
+    """The number of values that a node stands for; the counts of lists and mappings are kept by their id, 0 until they are known.
+
+    Raises:
+        yaml.YAMLError: a list or mapping contains itself, or the number is larger than `MAX_VALUES`.
+    """
+    if not isinstance(node, yaml.CollectionNode):
+        return 1
+    if id(node) not in known:
+        known[id(node)] = 0
+        inner = node.value if isinstance(node, yaml.SequenceNode) else [part for pair in node.value for part in pair]
+        known[id(node)] = 1 + sum(_count(part, known) for part in inner)
+    if not 0 < known[id(node)] <= MAX_VALUES:
+        why = f"stands for more than {MAX_VALUES} values" if known[id(node)] else "contains itself"
+        raise yaml.composer.ComposerError(None, None, f"a list or mapping {why}", node.start_mark)
+    return known[id(node)]

@@ -344,18 +344,7 @@ def make_law(parameters: ControllerParameters) -> Law[Any]:
         ParameterError: a gain is unstable at the controller's rate, or the code of the law fails.
     """
     vessel = parameters.vessel.as_controlled()
-    return construct(parameters.law, law_parameters(parameters), vessel, 1.0 / parameters.rate_hz)
-
-
-def law_parameters(parameters: ControllerParameters) -> Any:
-    """The parameters of the law that a controller selects.
-
-    With the observer, no law identifies the actuators: the estimated heading turns as the observer's own model of them does.
-    """
-    own = getattr(parameters, parameters.law)
-    if parameters.observer.enabled and hasattr(own, "actuator_identification"):
-        return replace(own, actuator_identification=False)
-    return own
+    return construct(parameters.law, getattr(parameters, parameters.law), vessel, 1.0 / parameters.rate_hz)
 
 
 def make_observer(parameters: ControllerParameters) -> Observer | None:
