@@ -103,7 +103,7 @@ class GuidedParameters:
     actuator_identification: bool = parameter(
         True,
         "Whether lag, dead time and rate of the actuators are identified while the ship turns, and take the place of the declared"
-        " ones where these do not explain her motion. With the observer none are identified.",
+        " ones where these do not explain her motion.",
     )
 
 

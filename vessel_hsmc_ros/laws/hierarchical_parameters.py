@@ -65,7 +65,7 @@ class HierarchicalParameters:
     actuator_identification: bool = parameter(
         True,
         "Whether lag, dead time and rate of the actuators are identified while the vessel turns, and replace declared ones that"
-        " do not explain its motion. With the observer none are identified.",
+        " do not explain its motion.",
     )
     network: NetworkParameters = group(NetworkParameters)
 
