@@ -56,7 +56,7 @@ def test_the_cyberships_have_no_certificate_and_the_condition_is_named(name: str
     ):
         assert part.failed[0].name == condition
         assert math.isinf(part.bound)
-        assert str(part.failed[0]).startswith(f"{condition} must exceed 1 (got 0.")
+        assert str(part.failed[0]).startswith(f"{condition} must exceed 1 (got ")
 
 
 @pytest.mark.parametrize("name", ["paper_ship", "otter"])
