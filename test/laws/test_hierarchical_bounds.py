@@ -85,8 +85,8 @@ def test_without_drift_there_is_no_circle() -> None:
     [
         ({}, False),
         ({"sway_damping_rate": 0.83, "coriolis_ratio": 0.67}, False),
-        ({"sway_damping_rate": 0.05, "coriolis_ratio": 1.0}, True),
-        ({"sway_damping_rate": 0.05}, True),
+        ({"sway_damping_rate": 0.05, "coriolis_ratio": 1.0}, False),  # the rate c is then at most half of the damping rate
+        ({"sway_damping_rate": 0.05}, False),
         ({"sway_damping_rate": 0.0, "coriolis_ratio": 0.5}, True),
         ({"sway_damping_rate": 0.83, "coriolis_ratio": 5.0}, True),
     ],
