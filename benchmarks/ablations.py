@@ -63,14 +63,14 @@ def turn_with_slope(
 
 
 def step_with_slope(
-    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Any, age: float = 0.0
+    motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, constants: Any, *of_measurement: float
 ) -> Any:
     """The law with c2 of (17) as printed."""
 
     def turn(desired: Motion, acceleration: Acceleration, c: tuple[float, float, float], g: Gains) -> tuple[float, float]:
         return turn_with_slope(motion, desired, acceleration, c, g)
 
-    return bound(step, turn_in_current=turn)(motion, desired, acceleration, m, constants, age)
+    return bound(step, turn_in_current=turn)(motion, desired, acceleration, m, constants, *of_measurement)
 
 
 def steady_guidance(motion: Motion, desired: Motion, acceleration: Acceleration, g: Gains) -> Guidance:

@@ -110,6 +110,7 @@ def tracking_error(interpreted: bool = False, **changes: float) -> float:
 
 def test_the_guided_law_tracks_with_odometry_a_second_late_as_with_prompt_odometry(monkeypatch: pytest.MonkeyPatch) -> None:
     assert tracking_error(vessel_sim__sensors__delay=1.0) < 2.0 * tracking_error()
-    monkeypatch.setattr(LAWS["guided"].controller, "takes_age", False)
+    for taken in ("takes_age", "takes_heading"):
+        monkeypatch.setattr(LAWS["guided"].controller, taken, False)
     # Identified, the age would be a dead time like any other. A law without the age would be compiled for this run alone.
     assert tracking_error(True, vessel_sim__sensors__delay=1.0, controller__guided__actuator_identification=False) > 0.3

@@ -106,7 +106,7 @@ def constants(p: ObserverParameters, vessel: KnownVessel) -> ObserverConstants:
     d_1, d_2, d_3 = (math.log(max(d, 1e-9)) for d in decays)
     inertia = vessel.surge_inertia, vessel.as_controlled().yaw_inertia, vessel.percussion_point
     return ObserverConstants(
-        p.enabled, m, (x, y, psi), np.diag(intensity), start, (d_1, d_2, d_3), *inertia, actuators(p, vessel)
+        p.enabled, m, (x, y, psi), np.diag(intensity), start, (d_1, d_2, d_3), *inertia, actuators(p, vessel.as_controlled())
     )
 
 
