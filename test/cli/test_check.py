@@ -97,6 +97,12 @@ def test_a_pulse_is_two_numbers_other_than_zero(pulse: str) -> None:
     assert "it takes a force in N and a moment in N·m, both not 0" in str(result.exception)
 
 
+def test_a_scenario_in_the_place_of_a_bag_is_refused_with_what_to_give(tmp_path: Path) -> None:
+    result = check(tmp_path / "boat.yaml")
+    assert isinstance(result.exception, ParameterError)
+    assert "BAG must be a recording" in str(result.exception)
+
+
 def test_a_bag_takes_no_pulse(tmp_path: Path) -> None:
     result = check(tmp_path, "--pulse", "30,20")
     assert isinstance(result.exception, ParameterError)

@@ -57,7 +57,7 @@ def check(
     chosen = None if stack is None else interface(stack)
     if bag is not None and pulse is not None:
         raise ParameterError("--pulse is not allowed with a bag: it takes running nodes")
-    if bag is not None and bag.suffix in (".yaml", ".yml"):
+    if bag is not None and bag.suffix in (".yaml", ".yml") and bag.stem != "metadata":
         raise ParameterError(
             f"BAG must be a recording (got {bag}): run the scenario and give the bag of its run, or leave BAG out while its nodes run"
         )
