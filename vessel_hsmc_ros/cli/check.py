@@ -59,7 +59,8 @@ def check(
         raise ParameterError("--pulse is not allowed with a bag: it takes running nodes")
     if bag is not None and bag.suffix in (".yaml", ".yml") and bag.stem != "metadata":
         raise ParameterError(
-            f"BAG must be a recording (got {bag}): run the scenario and give the bag of its run, or leave BAG out while its nodes run"
+            f"BAG must be a recording (got {bag}): run the scenario and give the bag of its run, or leave BAG out while its"
+            " nodes run"
         )
     if bag is not None:
         refuse_without("running nodes, not with a bag", "seconds", "namespace")
