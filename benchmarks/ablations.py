@@ -4,7 +4,7 @@ Prints the rms position error [m] of the last quarter of 400 s, and the rms chan
 noisy positions, in percent of the limit. --write replaces the table in docs/verdict.md. Takes some minutes.
 
 Every row is the law of the package but for what it names: other parameters, other constants (`paper.special_laws.AlteredLaw`),
-or kernels of this file in the place of the law's. The last ones run interpreted. "Errors from the earth's origin" is the law as
+or kernels of this file instead of those of the law. The last ones run interpreted. "Errors from the earth's origin" is the law as
 printed with the point 3 m ahead, with a reaching gain of 1 1/s, a boundary layer and the limits of the actuators.
 """
 

@@ -32,7 +32,7 @@ class ExactConstants(NamedTuple):
 
 
 class ExactMemory(NamedTuple):
-    """The outputs of the networks in the place of weights: each is one neuron, constantly active, shape (3, 1)."""
+    """The outputs of the networks, kept as weights: each is one neuron, constantly active, shape (3, 1)."""
 
     W: NDArray[np.float64]
 
