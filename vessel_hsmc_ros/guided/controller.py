@@ -32,14 +32,13 @@ from vessel_hsmc_ros.core.kinematics import (
     Acceleration,
     Motion,
     extrapolate,
-    magnitude,
     to_body,
     tracking_error,
     transform,
 )
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.guided.filter import CE, CN, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
-from vessel_hsmc_ros.guided.guidance import Integrals, Track, braked, drift_in_turn, track
+from vessel_hsmc_ros.guided.guidance import Integrals, Track, braked, drift_in_turn, on_the_spot, track
 from vessel_hsmc_ros.guided.parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.guided.regulator import interpolate
 from vessel_hsmc_ros.law.actuator_identification import (
@@ -64,15 +63,6 @@ LONGEST_ROLL = 12
 
 LARGEST = 1e12
 """Positions are saturated at this magnitude, so that their powers stay finite."""
-
-STATION_SPEED = 0.12
-"""Velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station."""
-
-LEVER = 0.02
-"""Lever arm of station keeping in still water, L."""
-
-SHORT = 0.075
-"""Distance of the pivot ahead of the origin, L, from which station keeping reckons with it."""
 
 FASTEST = 30.0
 """Velocities are saturated at this magnitude, L/T and 1/T, so that the covariance of the filter stays positive."""
@@ -241,29 +231,6 @@ def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, 
         r_c += share * (pivoting - r_c)
     alpha = dr_d + dr_f + braked(r_c - ship.r, K_r, g.a_r, LARGEST)
     return Turn(psi_c, r_c, alpha, beta, r_f, dr_f)
-
-
-@kernel
-def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains) -> tuple[float, float]:
-    """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which she does.
-
-    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts:
-    r = (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
-    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first.
-
-    Args:
-        t: The track.
-        v_p: Sway velocity of the pivot, over ground.
-        a: Decay rate of the sway.
-        lever: Distance x of the pivot ahead of the controlled point.
-        x: States of the filter.
-        g: Constants.
-    """
-    square = (t.w_t * t.w_t + t.w_n * t.w_n) / (STATION_SPEED * STATION_SPEED)
-    short = SHORT * SHORT / (g.x_p * g.x_p)
-    share = lever / g.x_p / ((1.0 + square * square) * (1.0 + short * short * short * short))
-    rho = LEVER + float(x[KAPPA]) / a * magnitude(float(x[CE]), float(x[CN]))
-    return share, clip((v_p - t.w_n) / (lever + rho), g.r_max)
 
 
 @kernel

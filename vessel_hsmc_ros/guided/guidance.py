@@ -24,9 +24,11 @@ stands in still water, b = 1: the course is that to the reference. A ship at res
 import math
 from typing import NamedTuple
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body
 from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.guided.filter import CE, CN, KAPPA
 from vessel_hsmc_ros.guided.parameters import Gains
 
 NEAR = 0.5
@@ -65,6 +67,15 @@ for ever."""
 
 STEEPEST = 0.8
 """Sine of the largest drift angle."""
+
+STATION_SPEED = 0.12
+"""Velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station."""
+
+LEVER = 0.02
+"""Lever arm of station keeping in still water, L."""
+
+SHORT = 0.075
+"""Distance of the pivot ahead of the origin, L, from which station keeping reckons with it."""
 
 
 class Integrals(NamedTuple):
@@ -224,3 +235,26 @@ def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: 
     goal = clip((t.way * f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
     change = -math.expm1(-decay * h / max(1.0 - kappa, LEAN)) * (goal - math.sin(beta)) / along
     return beta + change, change / h
+
+
+@kernel
+def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains) -> tuple[float, float]:
+    """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which she does.
+
+    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts:
+    r = (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
+    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first.
+
+    Args:
+        t: The track.
+        v_p: Sway velocity of the pivot, over ground.
+        a: Decay rate of the sway.
+        lever: Distance x of the pivot ahead of the controlled point.
+        x: States of the filter.
+        g: Constants.
+    """
+    square = (t.w_t * t.w_t + t.w_n * t.w_n) / (STATION_SPEED * STATION_SPEED)
+    short = SHORT * SHORT / (g.x_p * g.x_p)
+    share = lever / g.x_p / ((1.0 + square * square) * (1.0 + short * short * short * short))
+    rho = LEVER + float(x[KAPPA]) / a * magnitude(float(x[CE]), float(x[CN]))
+    return share, clip((v_p - t.w_n) / (lever + rho), g.r_max)
