@@ -4,13 +4,16 @@ import gc
 import subprocess
 import sys
 from functools import partial
+from importlib import import_module
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from rclpy.executors import ExternalShutdownException
+from rclpy.parameter import Parameter
 
-from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
+from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS, NodeProgram
 from vessel_hsmc_ros.nodes import process
 from vessel_hsmc_ros.nodes.base import WATCHER_NICENESS
 from vessel_hsmc_ros.nodes.markers import MarkerNode
@@ -76,3 +79,16 @@ def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(fai
     assert done == (["spin", *logged, *closed] if failing == "spin" else ["spin", "close", *logged])
     assert caught is (RuntimeError if error is RuntimeError else None)
     assert code == (process.FAILED if error is SimulationError else 0)
+
+
+@pytest.mark.parametrize("program", [*LOOP.values(), *WATCHERS.values(), *AUXILIARY.values()], ids=lambda node: node.executable)
+def test_a_node_that_cannot_start_leaves_the_graph_although_its_error_is_kept(bench: Any, program: NodeProgram) -> None:
+    for library in program.libraries:
+        pytest.importorskip(library)
+    kind = getattr(import_module(program.source), program.kind)
+    # A node of another test that was killed stays in the graph until its lease ends.
+    bench.until(lambda: kind.NAME not in bench.probe.get_node_names())
+    with pytest.raises(ParameterError) as kept:
+        kind(context=bench.context, parameter_overrides=[Parameter("no_such_parameter", value=1.0)])
+    bench.until(lambda: kind.NAME not in bench.probe.get_node_names(), deadline=5.0)
+    assert kept.tb is not None

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -51,7 +52,21 @@ ACKNOWLEDGE_LIMITS = {"lockstep": 1.0, "real time": 0.2}
 do so only every 3 s."""
 
 
-class VesselNode(Node):
+class Whole(type):
+    """Makes a node whole or not at all: one that cannot start leaves the ROS graph at once, not when it is collected."""
+
+    def __call__(cls, *arguments: Any, **options: Any) -> Any:
+        node = cls.__new__(cls)  # type: ignore[call-overload]
+        try:
+            node.__init__(*arguments, **options)  # type: ignore[misc]
+        except BaseException:
+            with suppress(AttributeError):  # of parts that it does not have yet
+                node.destroy_node()
+            raise
+        return node
+
+
+class VesselNode(Node, metaclass=Whole):
     """Base of the package's nodes.
 
     A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
