@@ -102,6 +102,7 @@ setup(
     # At least what Ubuntu 24.04 has, beside Jazzy.
     install_requires=[
         "click>=8.1",
+        "defusedxml>=0.7.1",
         "geographiclib>=2.0",
         "jinja2>=3.1",
         "lz4>=4.0",

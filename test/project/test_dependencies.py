@@ -89,7 +89,7 @@ def test_nodes_alone_need_no_library_of_the_command_and_pip_is_called_only_where
         return {name.removeprefix("python3-") for name in found if "python3" in name or "mcap" in name}
 
     nodes = {"geographiclib", "numpy", "scipy", "yaml"}
-    command = {"click", "jinja2", "matplotlib", "numba", "rich"}
+    command = {"click", "defusedxml", "jinja2", "matplotlib", "numba", "rich"}
     assert needed(VESSEL_HSMC_ROS_NODES_ONLY="1") == nodes
     assert needed() == nodes | command
     assert needed(PIP_BREAK_SYSTEM_PACKAGES="1") == nodes | command | {"mcap-ros2-support", "rosbags-pip"}

@@ -40,6 +40,7 @@ GROUPS = {
         "set": "Change parameters of a running vessel.",
         "goto": "Send a running vessel to a position.",
         "path": "Send a running vessel along waypoints.",
+        "mission": "Show, write or send a mission of a planner or chart.",
     },
     "Your own boat": {
         "init": "Write a complete commented scenario for your ship.",
@@ -62,6 +63,7 @@ LIBRARIES = {
     **dict.fromkeys(("demo", "run", "simulate", "compare", "sweep", "reproduce", "report"), PAGES),
     **dict.fromkeys(("campaign", "identify", "manoeuvres"), (*PAGES, "scipy")),
     "tune": (*PAGES, "optuna", "scipy"),
+    "mission": ("defusedxml", "geographiclib", "scipy"),
     "recover": ("lz4", "mcap", "zstandard"),
     "replay": BAGS,
     "scenarios": ("scipy",),

@@ -55,6 +55,9 @@ transition in which it decays."""
 JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
 """Speeds of the turn with which a path begins under way, relative to that of the path, in the order of preference."""
 
+FAR = 1e9
+"""Distance of a point that has the same bearing from wherever a vessel turns on the spot, m."""
+
 SET_OFF, SET_OFF_SHARE = 0.3, 0.1
 """Speed of the beginning after a turn on the spot, in terms of the radius of gyration and the yaw acceleration, and largest share
 of the leg that it takes."""
@@ -100,22 +103,47 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     required = _required_time(complex(motion.x, motion.y), points, ship.limits.acceleration)
     row, resting = world_row(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
     if not resting:
-        pieces.append(_under_way(parts, motion, acceleration, fastest, ship))
-        motion = rest_of(pieces[-1].table)
+        pieces += _under_way(parts, motion, acceleration, fastest, ship)
+    elif waypoints and _is_here(waypoints[0], motion, ship):
+        pieces += _rest(waypoints[0], motion, ship)
     for given in parts:
-        part = _wide(complex(motion.x, motion.y), given, ship)
-        turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
-        if turned is not None:
-            pieces.append(PathPiece(turned))
-            motion = rest_of(turned)
-        pieces.append(_from_rest(part, motion, ship, turned))
-        motion = rest_of(pieces[-1].table)
+        pieces += _from_stop(given, rest_of(pieces[-1].table) if pieces else motion, ship)
     if pieces and resting:
         pieces[0] = _settling(pieces[0], row, ship.limits)
     track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints), NEAR * _gyration(ship))
     still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
     table = joined([piece.table for piece in pieces]) if pieces else still
     return Plan(table, track, _slow(required, sum(float(piece.table.times[-1]) for piece in pieces if piece.sailing)))
+
+
+def _from_stop(given: Part, motion: Motion, ship: Ship) -> list[PathPiece]:
+    """A part from rest to rest: the turn on the spot towards it, its legs, and what the vessel does at its end."""
+    part = _wide(complex(motion.x, motion.y), given, ship)
+    turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
+    before = rest_of(turned) if turned is not None else motion
+    legs = _from_rest(part, before, ship, turned)
+    found = [PathPiece(turned), legs] if turned is not None else [legs]
+    return found + _rest(given.points[-1], rest_of(legs.table), ship)
+
+
+def _rest(point: Waypoint, motion: Motion, ship: Ship) -> list[PathPiece]:
+    """What a vessel at rest does at a waypoint: it turns to the heading there on the spot, and holds."""
+    pieces = []
+    if point.heading is not None:
+        towards = complex(motion.x, motion.y) + FAR * cmath.exp(1j * point.heading)
+        turned = spot_turn((motion.x, motion.y, motion.psi), towards, ship.vessel, ship.limits)
+        if turned is not None:
+            pieces.append(PathPiece(turned))
+            motion = rest_of(turned)
+    if point.hold:
+        settled = min(point.hold, ship.limits.yaw_rate / ship.limits.yaw_acceleration)
+        times = np.unique([0.0, settled, point.hold])
+        pieces.append(PathPiece(Timetable(times, np.array([[*motion[:3], *[0.0] * 6]] * len(times)))))
+    return pieces
+
+
+def _is_here(point: Waypoint, motion: Motion, ship: Ship) -> bool:
+    return abs(point.position - complex(motion.x, motion.y)) <= DISTINCT * _gyration(ship)
 
 
 def _required_time(start: complex, points: Sequence[Waypoint], acceleration: float) -> float:
@@ -185,6 +213,8 @@ def _distinct(here: complex, waypoints: Sequence[Waypoint], least: float) -> lis
             found.append(point)
         elif found and point.corner == STOP:
             found[-1] = found[-1]._replace(corner=STOP)
+            heading = found[-1].heading if point.heading is None else point.heading
+            found[-1] = found[-1]._replace(hold=found[-1].hold + point.hold, heading=heading)
     return found
 
 
@@ -252,7 +282,7 @@ def _set_off(elements: list[Element], sections: list[Section], duration: float, 
     return [slow, rest, *elements[1:]], [Section(way, speed, FREE), sections[0]._replace(length=length - way), *sections[1:]]
 
 
-def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> PathPiece:
+def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> list[PathPiece]:
     """The first part from a motion; a halt where there is none, or where it is too short to slow down for its corners."""
     ahead = motion.u > abs(motion.v)
     for share in JOIN_SPEEDS if parts and ahead else ():
@@ -260,9 +290,8 @@ def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fa
             piece = _joining(parts[0], motion, acceleration, share * fastest, ship)
         except ParameterError:
             continue
-        parts.pop(0)
-        return piece
-    return PathPiece(halt(motion, world_row(motion, acceleration), ship.vessel, ship.limits))
+        return [piece, *_rest(parts.pop(0).points[-1], rest_of(piece.table), ship)]
+    return [PathPiece(halt(motion, world_row(motion, acceleration), ship.vessel, ship.limits))]
 
 
 def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> PathPiece:

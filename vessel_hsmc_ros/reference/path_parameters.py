@@ -31,6 +31,16 @@ class PathParameters:
         (THROUGH,),
         "What to do at each waypoint, or at all: through, cut the corner; over, turn after it; stop, come to rest there.",
     )
+    holds: tuple[float, ...] = parameter(
+        (0.0,), "Time at rest at each waypoint, or at all; above 0 it is a stop.", unit="s", low=0.0, high=1e6
+    )
+    headings: tuple[float, ...] = parameter(
+        (-1.0,),
+        "Heading to turn to on the spot at each waypoint that is a stop, or the last; below 0 for none.",
+        unit="rad",
+        low=-1.0,
+        high=6.3,
+    )
     corner_radius: float = parameter(
         0.0, "Radius of the corners; 0 for the smallest at the speed of the legs.", unit="m", low=0.0, high=1e6
     )
@@ -61,7 +71,8 @@ def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
         speed: On legs without a speed of their own, m/s.
 
     Raises:
-        ParameterError: the number of coordinates is odd, or there are more or fewer speeds or corners than waypoints.
+        ParameterError: the number of coordinates is odd, there are more or fewer speeds, corners, holds or headings than
+            waypoints, or there is a heading where the vessel does not stop.
     """
     numbers = p.waypoints
     if len(numbers) % 2:
@@ -71,10 +82,19 @@ def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
         raise ParameterError(f"{PATH}.corners = {unknown[0]} is not allowed: it takes {', '.join(CORNERS)}")
     n = len(numbers) // 2
     speeds, corners = _each("speeds", p.speeds, n), _each("corners", p.corners, n)
-    return [
-        Waypoint(complex(x, y), corner, own or speed)
-        for x, y, corner, own in zip(numbers[::2], numbers[1::2], corners, speeds, strict=True)
-    ]
+    holds, headings = _each("holds", p.holds, n), _each("headings", p.headings, n)
+    points = []
+    for i, (corner, own, hold, heading) in enumerate(zip(corners, speeds, holds, headings, strict=True)):
+        kind = STOP if hold else corner
+        turns = heading >= 0.0 and (kind == STOP or i == n - 1)
+        if heading >= 0.0 and not turns and len(p.headings) > 1:
+            raise ParameterError(
+                f"{PATH}.headings must be below 0 where the vessel does not stop, because under way it points along its course"
+                f" (got {heading:g} rad at waypoint {i + 1}, with the corner {corner})"
+            )
+        place = complex(numbers[2 * i], numbers[2 * i + 1])
+        points.append(Waypoint(place, kind, own or speed, hold=hold, heading=heading if turns else None))
+    return points
 
 
 def _each(name: str, values: Sequence[Any], n: int) -> Sequence[Any]:

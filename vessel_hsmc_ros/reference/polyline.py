@@ -40,6 +40,8 @@ class Waypoint(NamedTuple):
         passed: Points near the leg to it that were left out, m.
         turning: Its own turn; None for the smallest at the speed of its legs.
         number: From 1 on, among those that were given.
+        hold: Time at rest there, s; a waypoint with a hold is a stop.
+        heading: At rest there, rad; None for any.
     """
 
     position: complex
@@ -48,6 +50,8 @@ class Waypoint(NamedTuple):
     passed: tuple[complex, ...] = ()
     turning: Turning | None = None
     number: int = 1
+    hold: float = 0.0
+    heading: float | None = None
 
 
 class Part(NamedTuple):

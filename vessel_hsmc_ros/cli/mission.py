@@ -1,0 +1,187 @@
+"""`vessel-hsmc mission`: a mission file as legs that the reference sails, or its survey areas; item by item."""
+
+import math
+import shlex
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import click
+from rich.markup import escape
+
+from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
+from vessel_hsmc_ros.cli.options import load_checked, refuse_without, vessel_option
+from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import shell_command
+from vessel_hsmc_ros.missions.legs import checked, completed, parameters_of, part_of, positions, table_of, unsendable
+from vessel_hsmc_ros.missions.mission import Mission
+from vessel_hsmc_ros.missions.placing import Placed, datum_of, placed
+from vessel_hsmc_ros.missions.reading import read_mission
+from vessel_hsmc_ros.scenario.new_survey import MARGIN
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
+
+COLUMNS = ("leg", "to", "corner", "x [m]", "y [m]", "length [m]", "course [deg]", "speed [m/s]", "time [s]", "hold [s]")
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@click.option("--datum", metavar="LAT,LON", help="Origin of x and y, degrees [default: the planner's home, or the first place].")
+@click.option("--route", metavar="NAME", help="The route to take of several in a GPX or GeoJSON file.")
+@click.option("--legs", metavar="N|N-M|N-", help="Sail leg N, legs N to M, or all from N on; leg N leads to waypoint N.")
+@click.option(
+    "--resume", type=click.Path(path_type=Path), metavar="BAG", help="Sail from the first leg that BAG did not complete."
+)
+@click.option("--speed", type=click.FloatRange(1e-3, 100.0), help="Speed on legs without one of their own, m/s.")
+@click.option("--skip-refused", is_flag=True, help="Sail the mission without what is refused.")
+@click.option("--scenario", metavar="SCENARIO", help="Plan the mission with the vessel of a scenario.")
+@click.option(
+    "--into", type=click.Path(path_type=Path, dir_okay=False), metavar="PATH", help="Write its parameters to a new file."
+)
+@click.option("--send", is_flag=True, help="Send it to a running vessel, as `path` does.")
+@vessel_option
+def mission(file: Path, **given: Any) -> None:
+    """Show the legs of the mission in FILE, and what of it cannot be sailed; write or send it.
+
+    FILE is a .plan by QGroundControl, a .waypoints file, a mission by Cockpit, GPX, GeoJSON or CSV. A refused item ends the
+    command with exit code 1 before anything is written or sent, unless --skip-refused is given.
+    """
+    if not given["send"]:
+        refuse_without("--send", "namespace")
+    if given["send"] and given["into"]:
+        raise click.UsageError("give either --into or --send")
+    if given["resume"] and given["legs"]:
+        raise click.UsageError("give either --resume or --legs")
+    found = _placed(file, given)
+    whole, first = found.mission, 1
+    if legs := f"{_completed(given['resume'], found) + 1}-" if given["resume"] else given["legs"]:
+        whole = part_of(whole, legs)
+        first = max(1, int(legs.partition("-")[0]) - 1)
+    if given["speed"]:
+        whole = replace(whole, points=tuple(point._replace(speed=point.speed or given["speed"]) for point in whole.points))
+    whole = checked(whole)
+    _show(whole, found, first)
+    if given["send"]:
+        whole = replace(whole, refused=(*whole.refused, *unsendable(whole)))
+    _report(whole, given["skip_refused"])
+    duration = _plan(whole, given["scenario"]) if given["scenario"] else 0
+    if given["into"]:
+        _write(given["into"], whole, found, file)
+        run = f"{given['scenario'] or 'SCENARIO'} --set @{shlex.quote(str(given['into']))}"
+        longer = f" --set vessel_sim.duration={duration}" if duration else ""
+        print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
+    if given["send"]:
+        _send(whole, given["namespace"])
+
+
+def _placed(file: Path, given: dict[str, Any]) -> Placed:
+    datum = None if given["datum"] is None else datum_of(given["datum"])
+    read = read_mission(file, given["route"])
+    if given["send"] and read.geographic and datum is None:
+        raise ParameterError(
+            f"--datum must be given with --send, because {file} is in latitude and longitude: that of the odometry"
+        )
+    return placed(read, datum, f"mission file {file}")
+
+
+def _completed(bag: Path, found: Placed) -> int:
+    """How many legs a recorded vessel has completed.
+
+    Raises:
+        BagError: the bag cannot be read.
+        ParameterError: its odometry has another datum.
+        ScenarioError: it has completed all of them.
+    """
+    from vessel_hsmc_ros.bags.reader import open_bag
+    from vessel_hsmc_ros.report.from_bag import of_vessel
+    from vessel_hsmc_ros.report.record import hull_length
+
+    opened = open_bag(bag)
+    prefix = opened.namespace(None)
+    datum = opened.parameters.get(f"{prefix}navsat_odom", {}).get("datum")
+    if datum and found.datum and max(abs(a - b) for a, b in zip(datum, found.datum, strict=True)) > 1e-7:
+        raise ParameterError(f"--datum must be that of the odometry in {bag}, {datum[0]},{datum[1]} (got {found.datum_of})")
+    record = of_vessel(opened, prefix)
+    done = completed(found.mission, record.run.state[:, :2], hull_length(record.scenario) or 1.0)
+    if done == len(found.mission.points):
+        raise ScenarioError(f"--resume: {bag} has completed all {done} legs: --legs sails some of them again")
+    print_line(f"{bag} has completed {done} of {len(found.mission.points)} legs: leg {done + 1} is the next")
+    return done
+
+
+def _show(whole: Mission, found: Placed, first: int) -> None:
+    """The legs, and what else the file has."""
+    rows = [[escape(cell) for cell in row] for row in table_of(whole, first)]
+    print_table(COLUMNS, rows, text_columns=3)
+    places, known = positions(whole.points), all(point.speed for point in whole.points[1:])
+    lengths = [abs(b - a) for a, b in pairwise(places)]
+    time = sum(length / (point.speed or math.inf) for length, point in zip(lengths, whole.points[1:], strict=True))
+    time += sum(point.hold for point in whole.points)
+    print_line(
+        f"{len(places)} waypoints, {sum(lengths):.1f} m from the first on{f', {time:.0f} s at these speeds' if known else ''}"
+    )
+    if found.datum:
+        print_line(f"datum: {found.datum[0]:.7f},{found.datum[1]:.7f} ({found.datum_of}); navsat_odom.datum has to be the same")
+    if whole.fences:
+        print_line(f"fences: {len(whole.fences)}, against which the legs are checked, not the turns")
+    for k, (x, y) in enumerate(whole.rally, 1):
+        print_line(f"rally point {k}: x = {x:.2f}, y = {y:.2f}; it is not used")
+    for item in whole.left_out:
+        print_line(f"left out: {item}")
+
+
+def _report(whole: Mission, skip: bool) -> None:
+    """Name what is refused.
+
+    Raises:
+        GoalError: something is, and is not to be skipped.
+    """
+    for item in whole.refused:
+        print_warning(f"refused: {item}")
+    if whole.refused and not skip:
+        n = len(whole.refused)
+        raise GoalError(
+            f"{n} item{'s are' if n > 1 else ' is'} refused: --skip-refused sails the mission without what cannot be sailed"
+        )
+
+
+def _plan(whole: Mission, name: str) -> int:
+    """Plan the mission with a vessel, which shows what it cannot sail.
+
+    Returns:
+        A duration of a run, s: the time that the mission takes, and a tenth of it.
+    """
+    from vessel_hsmc_ros.reference.factory import make_reference
+
+    changes = {f"reference_ship.{key}": value for key, value in parameters_of(whole).items()}
+    p = load_checked(name, changes).reference_ship
+    reference: Any = make_reference(replace(p, follow="time"), 1.0 / p.rate_hz)
+    duration = float(reference.constants.table.times[-1])
+    print_line(f"planned with {name}: {duration:.0f} s from its initial pose on, with the turns of its vessel")
+    return math.ceil(MARGIN * duration)
+
+
+def _write(into: Path, whole: Mission, found: Placed, file: Path) -> None:
+    """Write the parameters of the reference ship.
+
+    Raises:
+        ScenarioError: the file exists, or cannot be written.
+    """
+    datum = f", datum {found.datum[0]:.9f},{found.datum[1]:.9f}" if found.datum else ""
+    head = f"# The mission {file.name.encode('ascii', 'replace').decode()}{datum}: parameters for --set @FILE.\n"
+    try:
+        with into.open("x", encoding="utf-8") as stream:
+            stream.write("".join(c if c.isprintable() or c == "\n" else "?" for c in head))
+            stream.write(dump_parameters({"reference_ship": parameters_of(whole)}))
+    except FileExistsError:
+        raise ScenarioError(f"{into} exists and is not overwritten: choose another name, or delete it") from None
+    except OSError as error:
+        raise ScenarioError(f"{into} cannot be written: {error.strerror}") from None
+
+
+def _send(whole: Mission, namespace: str) -> None:
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import send_path
+
+        print_line(send_path(remote, [(*point.place, 0.0) for point in whole.points]))

@@ -1,0 +1,1 @@
+"""Missions: files of planners and charts as waypoints that the reference takes."""

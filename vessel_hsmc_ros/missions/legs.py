@@ -1,0 +1,149 @@
+"""The legs of a mission in metres: a part of them, how far a vessel has come on them, and the parameters that sail them.
+
+Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies.
+"""
+
+import cmath
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.kinematics import TURN
+from vessel_hsmc_ros.missions.fence_check import breaches
+from vessel_hsmc_ros.missions.mission import Mission, MissionPoint, Refused
+
+Array = NDArray[np.float64]
+
+ROOM = 0.5
+"""Share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut."""
+
+
+def positions(points: Sequence[MissionPoint]) -> list[complex]:
+    """The places of waypoints in metres."""
+    return [complex(*point.place) for point in points]
+
+
+def part_of(mission: Mission, legs: str) -> Mission:
+    """The mission with some of its legs, begun at the waypoint before the first of them.
+
+    The vessel passes over that waypoint, so that the leg is sailed from its beginning on.
+
+    Args:
+        mission: The mission, in metres.
+        legs: A number, `7`; a range, `7-9`; or all from one on, `7-`.
+
+    Raises:
+        ParameterError: it is none of them, or there is no such leg.
+    """
+    found, count = re.fullmatch(r"(\d{1,9})(-(\d{1,9})?)?", legs.strip()), len(mission.points)
+    first = int(found[1]) if found else 0
+    last = 0 if found is None else first if found[2] is None else count if found[3] is None else int(found[3])
+    if not 1 <= first <= last <= count:
+        raise ParameterError(f"--legs must be a leg or a range of legs from 1 to {count}, such as 7, 7-9 or 7- (got {legs})")
+    points = list(mission.points[first - 1 : last])
+    if first > 1:
+        before = mission.points[first - 2]
+        points.insert(0, before._replace(corner="over", hold=0.0, heading=None))
+    return replace(mission, points=tuple(points))
+
+
+def completed(mission: Mission, track: Array, least_room: float) -> int:
+    """How many of the first legs a vessel has completed, in their order.
+
+    A leg is completed when the vessel crosses the line that halves the corner at its end, near to it; the last one when the
+    vessel has come to its end.
+
+    Args:
+        mission: The mission, in metres.
+        track: x, y of the vessel, (n, 2) m.
+        least_room: Distance within which it passes a waypoint however short the legs are, m.
+    """
+    points, k = positions(mission.points), 0
+    q = track[:, 0] + 1j * track[:, 1]
+    q = q[np.isfinite(q)]
+    begin, i = (q[0] if len(q) else 0j), 0
+    while k < len(points):
+        course = _direction(points[k - 1] if k else begin, points[k])
+        after = _direction(points[k], points[k + 1]) if k + 1 < len(points) else course
+        across = course + after if abs(course + after) > ROOM else course  # back on the same line
+        room = max(least_room, ROOM * min(_length(points, k, begin), _length(points, k + 1, begin)))
+        d = q[i:] - points[k]
+        ahead = (d * np.conj(across)).real >= (0.0 if k + 1 < len(points) else -least_room)
+        there = np.flatnonzero(ahead & (np.abs(d) <= room))
+        if not len(there):
+            break
+        i, k = i + int(there[0]), k + 1
+    return k
+
+
+def _direction(a: complex, b: complex) -> complex:
+    return (b - a) / abs(b - a) if b != a else 0j
+
+
+def _length(points: Sequence[complex], k: int, begin: complex) -> float:
+    """The length of the leg to a waypoint, counted from 0, m; without end behind the last."""
+    return math.inf if k >= len(points) else abs(points[k] - (points[k - 1] if k else begin))
+
+
+def checked(mission: Mission) -> Mission:
+    """The mission, in which legs that leave its own fence are refused.
+
+    Raises:
+        ScenarioError: it has no waypoint.
+    """
+    if not mission.points:
+        raise ScenarioError("the mission must have a waypoint (got none)")
+    items = [point.item for point in mission.points]
+    wrong: list[Refused] = breaches(positions(mission.points), mission.fences, items)
+    return replace(mission, refused=(*mission.refused, *wrong))
+
+
+def unsendable(mission: Mission) -> list[Refused]:
+    """What a path message has no field for: a running vessel sails positions, at the speed that it is set to."""
+    why = "a path message has positions only: --into and a start with its parameters do it"
+    found = []
+    for number, point in enumerate(mission.points, 1):
+        what = [f"speed {point.speed:g} m/s"] if point.speed else []
+        what += [f"hold {point.hold:g} s"] if point.hold else []
+        what += ["heading"] if point.heading is not None else []
+        what += [f"corner {point.corner}"] if point.corner != "through" and number < len(mission.points) else []
+        found += [Refused(point.item, ", ".join(what), why)] if what else []
+    return found
+
+
+def parameters_of(mission: Mission) -> dict[str, object]:
+    """The parameters of the reference ship that sail a mission."""
+    points = mission.points
+    headings = [-1.0 if point.heading is None else point.heading % TURN for point in points]
+    return {
+        "mode": "path",
+        "path.waypoints": [value for point in points for value in point.place],
+        "path.speeds": [point.speed for point in points],
+        "path.corners": [point.corner for point in points],
+        "path.holds": [point.hold for point in points],
+        "path.headings": headings,
+        "path.time": 0.0,
+    }
+
+
+def table_of(mission: Mission, first: int) -> list[list[str]]:
+    """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y).
+
+    Args:
+        mission: The mission, in metres.
+        first: Number of its first waypoint.
+    """
+    rows, points = [], positions(mission.points)
+    for k, point in enumerate(mission.points):
+        way = points[k] - points[k - 1] if k else 0j
+        course = f"{(90.0 - math.degrees(cmath.phase(way))) % 360.0:.1f}" if way else "-"
+        time = f"{abs(way) / point.speed:.0f}" if point.speed and k else "-"
+        numbers = [f"{round(value, 2) + 0.0:.2f}" for value in point.place] + [f"{abs(way):.2f}" if k else "-", course]
+        speed, hold = f"{point.speed:.3g}" if point.speed else "-", f"{point.hold:g}" if point.hold else "-"
+        rows.append([str(first + k), point.name or point.item, point.corner, *numbers, speed, time, hold])
+    return rows
