@@ -82,6 +82,9 @@ def _placed(file: Path, given: dict[str, Any]) -> Placed:
         raise ParameterError(
             f"--datum must be given with --send, because {file} is in latitude and longitude: that of the odometry"
         )
+    if not read.points:  # before the error, as they are the reason
+        for item in (*read.left_out, *read.refused):
+            print_warning(f"refused: {item}")
     return placed(read, datum, f"mission file {file}")
 
 

@@ -89,7 +89,7 @@ def _own_datum(mission: Mission, title: str) -> tuple[Pair, str]:
         raise ScenarioError(f"{title} must have a waypoint or an area (got none)")
     item, first = places[0]
     if mission.home is not None and not _is_null_island(mission.home):
-        _check(Plane(*mission.home), first, item, title, "its home")
+        _check(Plane(*mission.home), first, item, title, "its home (another one is set by --datum),")
         return mission.home, "the planner's home"
     if _is_null_island(first):
         raise ScenarioError(_null(item, first, title))

@@ -44,7 +44,9 @@ def read_plan(document: dict[str, Any], source: Source) -> Mission:
     Raises:
         ScenarioError: it is not complete, or a value of it is of another kind or out of range.
     """
+    source.whole(document.get("version", 1), "version", 1, 1)
     mission = source.mapping(document.get("mission"), "mission")
+    source.whole(mission.get("version", 2), "mission.version", 1, 2)
     read = [*_plan_items(mission, source)]
     refused = tuple(item for item in read if isinstance(item, Refused))
     found = mission_of([item for item in read if isinstance(item, MavItem)], source)

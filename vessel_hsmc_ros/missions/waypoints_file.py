@@ -6,7 +6,7 @@ Format: https://mavlink.io/en/file_formats/. The item with number 0 is the home 
 from dataclasses import replace
 
 from vessel_hsmc_ros.missions.mavlink_items import GLOBAL_FRAMES, WAYPOINT, MavItem, mission_of
-from vessel_hsmc_ros.missions.mission import MAX_POINTS, Mission, Source
+from vessel_hsmc_ros.missions.mission import MAX_POINTS, Mission, Refused, Source
 
 HEAD = "QGC WPL"
 
@@ -27,11 +27,13 @@ def read_lines(text: str, source: Source) -> Mission:
     ]
     if len(items) > MAX_POINTS:
         raise source.error(f"it must have at most {MAX_POINTS} items (got {len(items)})")
-    home = None
+    home, count = None, len(items)
     if items and items[0].number == 0 and items[0].command == WAYPOINT and items[0].frame in GLOBAL_FRAMES:
         place = source.degrees(items[0].params[4], items[0].params[5], "item 0")
         home, items = place if place != (0.0, 0.0) else None, items[1:]
-    return replace(mission_of(items, source), home=home)
+    found = mission_of(items, source)
+    noted = (Refused("item 0", "command 16", "it is the home of the autopilot, not a waypoint"),) if len(items) < count else ()
+    return replace(found, home=home, left_out=noted + found.left_out)
 
 
 def _item(line: str, number: int, source: Source) -> MavItem:
