@@ -1,4 +1,4 @@
-"""`vessel-hsmc mission`: a mission file as legs that the reference sails, or its survey areas; item by item."""
+"""`vessel-hsmc mission`: a mission file as legs that the reference sails, or as the survey of its area; refused item by item."""
 
 import math
 import shlex
@@ -15,7 +15,7 @@ from vessel_hsmc_ros.cli.options import load_checked, refuse_without, vessel_opt
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
-from vessel_hsmc_ros.missions.legs import checked, completed, parameters_of, part_of, positions, table_of, unsendable
+from vessel_hsmc_ros.missions.legs import checked, completed, parameters_of, part_of, positions, survey_of, table_of, unsendable
 from vessel_hsmc_ros.missions.mission import Mission
 from vessel_hsmc_ros.missions.placing import Placed, datum_of, placed
 from vessel_hsmc_ros.missions.reading import read_mission
@@ -34,6 +34,8 @@ COLUMNS = ("leg", "to", "corner", "x [m]", "y [m]", "length [m]", "course [deg]"
     "--resume", type=click.Path(path_type=Path), metavar="BAG", help="Sail from the first leg that BAG did not complete."
 )
 @click.option("--speed", type=click.FloatRange(1e-3, 100.0), help="Speed on legs without one of their own, m/s.")
+@click.option("--swath", type=click.FloatRange(0.01, 1e4), help="Survey the polygon of a GeoJSON file with legs so far apart, m.")
+@click.option("--along", type=float, default=90.0, metavar="DEG", help="Course of these legs, degrees from north [default: 90].")
 @click.option("--skip-refused", is_flag=True, help="Sail the mission without what is refused.")
 @click.option("--scenario", metavar="SCENARIO", help="Plan the mission with the vessel of a scenario.")
 @click.option(
@@ -47,13 +49,51 @@ def mission(file: Path, **given: Any) -> None:
     FILE is a .plan by QGroundControl, a .waypoints file, a mission by Cockpit, GPX, GeoJSON or CSV. A refused item ends the
     command with exit code 1 before anything is written or sent, unless --skip-refused is given.
     """
+    _check_options(given)
+    found = _placed(file, given)
+    if given["swath"]:
+        values = survey_of(found.mission, given["swath"], math.radians(90.0 - given["along"]), given["speed"])
+        print_line(
+            f"survey of {found.mission.areas[0].item} with a swath of {given['swath']:g} m, course {given['along']:g} degrees"
+        )
+        _show_file(found.mission, found)
+        _report(found.mission, given["skip_refused"])
+    else:
+        whole = _whole(found, given)
+        values = parameters_of(whole)
+    duration = _plan(values, given["scenario"]) if given["scenario"] else 0
+    if given["into"]:
+        _write(given["into"], values, found, file)
+        run = f"{given['scenario'] or 'SCENARIO'} --set @{shlex.quote(str(given['into']))}"
+        longer = f" --set vessel_sim.duration={duration}" if duration else ""
+        print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
+    if given["send"]:
+        _send(whole, given["namespace"])
+
+
+def _check_options(given: dict[str, Any]) -> None:
+    """Refuse options that exclude each other.
+
+    Raises:
+        click.UsageError: they do.
+    """
     if not given["send"]:
         refuse_without("--send", "namespace")
-    if given["send"] and given["into"]:
-        raise click.UsageError("give either --into or --send")
-    if given["resume"] and given["legs"]:
-        raise click.UsageError("give either --resume or --legs")
-    found = _placed(file, given)
+    if not given["swath"]:
+        refuse_without("--swath", "along")
+    for one, other in (("into", "send"), ("resume", "legs"), ("swath", "legs"), ("swath", "resume"), ("swath", "send")):
+        if given[one] and given[other]:
+            raise click.UsageError(f"give either --{one} or --{other}")
+    if given["send"] and given["speed"]:
+        raise click.UsageError("--speed goes with --into: a path message has no speeds")
+
+
+def _whole(found: Placed, given: dict[str, Any]) -> Mission:
+    """The legs to sail, shown and checked.
+
+    Raises:
+        GoalError: an item is refused.
+    """
     whole, first = found.mission, 1
     if legs := f"{_completed(given['resume'], found) + 1}-" if given["resume"] else given["legs"]:
         whole = part_of(whole, legs)
@@ -61,18 +101,12 @@ def mission(file: Path, **given: Any) -> None:
     if given["speed"]:
         whole = replace(whole, points=tuple(point._replace(speed=point.speed or given["speed"]) for point in whole.points))
     whole = checked(whole)
-    _show(whole, found, first)
+    _show(whole, first)
+    _show_file(whole, found)
     if given["send"]:
         whole = replace(whole, refused=(*whole.refused, *unsendable(whole)))
     _report(whole, given["skip_refused"])
-    duration = _plan(whole, given["scenario"]) if given["scenario"] else 0
-    if given["into"]:
-        _write(given["into"], whole, found, file)
-        run = f"{given['scenario'] or 'SCENARIO'} --set @{shlex.quote(str(given['into']))}"
-        longer = f" --set vessel_sim.duration={duration}" if duration else ""
-        print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
-    if given["send"]:
-        _send(whole, given["namespace"])
+    return whole
 
 
 def _placed(file: Path, given: dict[str, Any]) -> Placed:
@@ -113,8 +147,8 @@ def _completed(bag: Path, found: Placed) -> int:
     return done
 
 
-def _show(whole: Mission, found: Placed, first: int) -> None:
-    """The legs, and what else the file has."""
+def _show(whole: Mission, first: int) -> None:
+    """Print the legs."""
     rows = [[escape(cell) for cell in row] for row in table_of(whole, first)]
     print_table(COLUMNS, rows, text_columns=3)
     places, known = positions(whole.points), all(point.speed for point in whole.points[1:])
@@ -124,10 +158,16 @@ def _show(whole: Mission, found: Placed, first: int) -> None:
     print_line(
         f"{len(places)} waypoints, {sum(lengths):.1f} m from the first on{f', {time:.0f} s at these speeds' if known else ''}"
     )
+
+
+def _show_file(whole: Mission, found: Placed) -> None:
+    """Print the datum, and what else the file has."""
     if found.datum:
         print_line(f"datum: {found.datum[0]:.7f},{found.datum[1]:.7f} ({found.datum_of}); navsat_odom.datum has to be the same")
     if whole.fences:
         print_line(f"fences: {len(whole.fences)}, against which the legs are checked, not the turns")
+    if whole.areas and whole.points:
+        print_line(f"areas: {len(whole.areas)}, which --swath surveys instead of the route")
     for k, (x, y) in enumerate(whole.rally, 1):
         print_line(f"rally point {k}: x = {x:.2f}, y = {y:.2f}; it is not used")
     for item in whole.left_out:
@@ -149,7 +189,7 @@ def _report(whole: Mission, skip: bool) -> None:
         )
 
 
-def _plan(whole: Mission, name: str) -> int:
+def _plan(values: dict[str, object], name: str) -> int:
     """Plan the mission with a vessel, which shows what it cannot sail.
 
     Returns:
@@ -157,7 +197,7 @@ def _plan(whole: Mission, name: str) -> int:
     """
     from vessel_hsmc_ros.reference.factory import make_reference
 
-    changes = {f"reference_ship.{key}": value for key, value in parameters_of(whole).items()}
+    changes = {f"reference_ship.{key}": value for key, value in values.items()}
     p = load_checked(name, changes).reference_ship
     reference: Any = make_reference(replace(p, follow="time"), 1.0 / p.rate_hz)
     duration = float(reference.constants.table.times[-1])
@@ -165,7 +205,7 @@ def _plan(whole: Mission, name: str) -> int:
     return math.ceil(MARGIN * duration)
 
 
-def _write(into: Path, whole: Mission, found: Placed, file: Path) -> None:
+def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> None:
     """Write the parameters of the reference ship.
 
     Raises:
@@ -176,7 +216,7 @@ def _write(into: Path, whole: Mission, found: Placed, file: Path) -> None:
     try:
         with into.open("x", encoding="utf-8") as stream:
             stream.write("".join(c if c.isprintable() or c == "\n" else "?" for c in head))
-            stream.write(dump_parameters({"reference_ship": parameters_of(whole)}))
+            stream.write(dump_parameters({"reference_ship": values}))
     except FileExistsError:
         raise ScenarioError(f"{into} exists and is not overwritten: choose another name, or delete it") from None
     except OSError as error:

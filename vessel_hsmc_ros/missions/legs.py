@@ -97,7 +97,8 @@ def checked(mission: Mission) -> Mission:
         ScenarioError: it has no waypoint.
     """
     if not mission.points:
-        raise ScenarioError("the mission must have a waypoint (got none)")
+        hint = ": --swath surveys its area" if mission.areas else ""
+        raise ScenarioError(f"the mission must have a waypoint (got none){hint}")
     items = [point.item for point in mission.points]
     wrong: list[Refused] = breaches(positions(mission.points), mission.fences, items)
     return replace(mission, refused=(*mission.refused, *wrong))
@@ -129,6 +130,30 @@ def parameters_of(mission: Mission) -> dict[str, object]:
         "path.headings": headings,
         "path.time": 0.0,
     }
+
+
+def survey_of(mission: Mission, swath: float, along: float, speed: float | None) -> dict[str, object]:
+    """The parameters of the reference ship that survey the area of a mission.
+
+    Args:
+        mission: The mission, in metres.
+        swath: Width that a leg covers, m.
+        along: Direction of the legs, rad, counter-clockwise from x.
+        speed: On the legs, m/s; None for that of the scenario.
+
+    Raises:
+        ScenarioError: it has no area, or several.
+    """
+    if len(mission.areas) != 1:
+        raise ScenarioError(f"--swath must be given with a file of one polygon that is no fence (got {len(mission.areas)})")
+    corners = [value for corner in mission.areas[0].corners for value in corner]
+    found: dict[str, object] = {
+        "mode": "lawnmower",
+        "lawnmower.polygon": corners,
+        "lawnmower.spacing": swath,
+        "lawnmower.heading": math.remainder(along, TURN),
+    }
+    return found if speed is None else {**found, "lawnmower.speed": speed}
 
 
 def table_of(mission: Mission, first: int) -> list[list[str]]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.reference.corners import THROUGH
 from vessel_hsmc_ros.reference.course import CourseReference, CourseReferenceParameters
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace
 from vessel_hsmc_ros.reference.curve_reference import CurveReference
@@ -22,8 +23,9 @@ from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_survey
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, MotionLimits, filter_of
 from vessel_hsmc_ros.reference.path_parameters import PATH, PathParameters, Point, scheduled_path
 from vessel_hsmc_ros.reference.path_reference import PathReference
+from vessel_hsmc_ros.reference.patterns import ExpandingSquareParameters, SpiralParameters
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack
-from vessel_hsmc_ros.reference.polyline import Ship
+from vessel_hsmc_ros.reference.polyline import Ship, Waypoint
 from vessel_hsmc_ros.reference.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.reference.timetable import TimetableMemory, TimetableReference
 from vessel_hsmc_ros.reference.turning import TravelLimits
@@ -88,6 +90,14 @@ def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
     return PathReference(start, ship, speed, scheduled_path(p, speed), period)
 
 
+def _pattern(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    chosen, (x, y, course) = getattr(parameters, parameters.mode), parameters.initial_pose
+    start = as_motion((*parameters.initial_pose, *parameters.initial_velocity))
+    ship = Ship(parameters.vessel.coefficients(), travel_limits(parameters), 0.0, f"reference_ship.{parameters.mode}")
+    points = [Waypoint(place, THROUGH, chosen.speed) for place in chosen.places(complex(x, y), course)]
+    return PathReference(start, ship, chosen.speed, (0.0, points), period)
+
+
 def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
     chosen = getattr(parameters, parameters.mode)
     shape, vessel = chosen.shape(), parameters.vessel.coefficients()
@@ -121,9 +131,11 @@ REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] =
     "figure_eight": _curve,
     "square": _curve,
     "lawnmower": _lawnmower,
+    "expanding_square": _pattern,
+    "spiral": _pattern,
 }
 
-PLANNED = ("lawnmower", "path")
+PLANNED = ("lawnmower", "path", "expanding_square", "spiral")
 """Modes whose geometry is known ahead."""
 
 CURVES = ("straight", "circle", "figure_eight", "square")
@@ -140,7 +152,7 @@ class ReferenceShipParameters(VirtualShipParameters):
         "virtual_ship",
         "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; path, waypoints; or,"
         " begun at `initial_pose` with its heading as course, a curve at constant speed: straight, circle, figure_eight, square;"
-        " or lawnmower, parallel legs joined by U-turns.",
+        " or lawnmower, parallel legs joined by U-turns; or from there outwards, expanding_square or spiral.",
         choices=tuple(REFERENCES),
     )
     follow: str = parameter(
@@ -164,6 +176,8 @@ class ReferenceShipParameters(VirtualShipParameters):
     figure_eight: FigureEightParameters = group(FigureEightParameters)
     square: SquareParameters = group(SquareParameters)
     lawnmower: LawnmowerParameters = group(LawnmowerParameters)
+    expanding_square: ExpandingSquareParameters = group(ExpandingSquareParameters)
+    spiral: SpiralParameters = group(SpiralParameters)
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:

@@ -1,4 +1,4 @@
-"""A survey of a rectangle: parallel legs joined by U-turns, begun at `initial_pose` with its angle as the first leg's course.
+"""A survey: parallel legs joined by U-turns, begun at `initial_pose` with its angle as the first leg's course, or of an area.
 
 The U-turns have the radius that is set, or the smallest with which the ship can turn at the speed of the legs; where the legs are
 closer together than that they are teardrops. The ship starts from rest at the beginning of the first leg, or of the run-in before
@@ -25,7 +25,7 @@ lies elsewhere turns on the spot, goes to the beginning of the run-in of that co
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
@@ -36,9 +36,11 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.corners import THROUGH
+from vessel_hsmc_ros.reference.goal_parameters import NONE
 from vessel_hsmc_ros.reference.on_the_spot import spot_turn
 from vessel_hsmc_ros.reference.path import DISTINCT, from_rest, rest_of
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, Stretch, leg_ends, stretch
+from vessel_hsmc_ros.reference.polygon import ROUNDING, PolygonLegs, Strip, polygon_legs
 from vessel_hsmc_ros.reference.polyline import Part, Planned, Ship, Waypoint, polyline
 from vessel_hsmc_ros.reference.route import Element, Pieces, Route, displacement, straight, turn
 from vessel_hsmc_ros.reference.sailing import Sailing, sail
@@ -78,7 +80,17 @@ class LawnmowerParameters:
         low=-1e6,
         high=1e6,
     )
-    heading: float = parameter(0.0, "Direction of the length of `rectangle`.", unit="rad", low=-6.3, high=6.3)
+    polygon: tuple[float, ...] = parameter(
+        NONE,
+        "Polygon to survey, in place of `rectangle`: x, y of its corners; [0.0] for none. Legs are in the middle of strips that"
+        " are at most `spacing` wide, which is the swath.",
+        unit="m",
+        low=-1e6,
+        high=1e6,
+    )
+    heading: float = parameter(
+        0.0, "Direction of the length of `rectangle`, and of the legs in `polygon`.", unit="rad", low=-6.3, high=6.3
+    )
     turn_radius: float = parameter(
         0.0,
         "Radius of the U-turns, which are slower where the ship needs it; 0 for the smallest at the speed of the legs.",
@@ -105,28 +117,41 @@ def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits,
     return sail(MODE, Route(elements, start), sections, vessel, limits)
 
 
-def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) -> Planned:
+def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, strips: Sequence[Strip] = ()) -> Planned:
     """The run-in, legs and turns of a survey.
 
     Args:
         p: The survey.
         vessel: Coefficients of the hull.
         limits: Limits of the motion.
+        strips: The legs, if they are not those of the parameters.
 
     Raises:
         ParameterError: as `plan_lawnmower`.
     """
-    if abs(p.spacing) < SMALLEST:
-        raise ParameterError(f"{MODE}.spacing = {p.spacing:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
+    _spacing(p)
     check_straight(f"{MODE}.speed", p.speed, vessel, limits)
     turning = _turning(p, vessel, limits)
     elements = [Element(straight(p.run_in), NO_LEG, turn=False)] if p.run_in else []
-    for leg in range(p.legs):
-        elements.append(Element(straight(p.leg_length), leg, turn=False))
-        if leg < p.legs - 1:
+    strips = strips or [Strip(0.0, p.leg_length, 0.0)] * p.legs
+    for leg, (before, length, after) in enumerate(strips):
+        ways = (before, NO_LEG), (length, leg), (after, NO_LEG)
+        elements += [Element(straight(way), number, turn=False) for way, number in ways if way]
+        if leg < len(strips) - 1:
             bend = u_turn((-1.0) ** leg * p.spacing, turning.radius, turning.transition)
             elements.append(Element(bend, leg, turn=True))
     return elements, [Section(e.length, turning.speed if e.turn else p.speed, CONSTANT if e.turn else FREE) for e in elements]
+
+
+def _spacing(p: LawnmowerParameters) -> float:
+    """The spacing of a survey.
+
+    Raises:
+        ParameterError: it is zero.
+    """
+    if abs(p.spacing) < SMALLEST:
+        raise ParameterError(f"{MODE}.spacing = {p.spacing:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
+    return p.spacing
 
 
 def _turning(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) -> Turning:
@@ -181,10 +206,6 @@ def _root(increasing: Callable[[float], float], low: float, high: float) -> floa
         middle = 0.5 * (low + high)
         low, high = (middle, high) if increasing(middle) < 0.0 else (low, middle)
     return 0.5 * (low + high)
-
-
-ROUNDING = 1e-9
-"""A width that exceeds a whole number of spacings by less, relative to a spacing, does not take another leg."""
 
 
 class Legs(NamedTuple):
@@ -259,8 +280,15 @@ def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, st
     Raises:
         ParameterError: as `legs_of` and `plan_lawnmower`, or the run-in is too short for the turn to it.
     """
+    here, ship = complex(start[0], start[1]), Ship(vessel, limits, 0.0, MODE)
+    if any(p.polygon):
+        if any(p.rectangle):
+            raise ParameterError(f"{MODE}.rectangle must be left out with a polygon (got {list(p.rectangle)})")
+        return _of_area(p, polygon_legs(p.polygon, p.heading, _spacing(p), here, f"{MODE}.polygon"), ship, start)
     if any(p.rectangle):
-        return _of_rectangle(p, Ship(vessel, limits, 0.0, MODE), start)
+        legs = legs_of(p.rectangle, p.heading, p.spacing, here)
+        strips = (Strip(0.0, legs.length, 0.0),) * legs.number
+        return _of_area(p, PolygonLegs(strips, legs.spacing, legs.begin, legs.course), ship, start)
     planned = plan_lawnmower(p, vessel, limits, start)
     return _survey(p, [planned.table], stretch(planned.route, planned.profile, 0.0))
 
@@ -269,15 +297,12 @@ def _survey(p: LawnmowerParameters, tables: list[Timetable], one: Stretch) -> Su
     return Survey(joined(tables), PlannedTrack((one,), leg_ends(one.route), NEAR * abs(p.spacing)))
 
 
-def _of_rectangle(p: LawnmowerParameters, ship: Ship, start: tuple[float, float, float]) -> Survey:
-    legs = legs_of(p.rectangle, p.heading, p.spacing, complex(start[0], start[1]))
+def _of_area(p: LawnmowerParameters, legs: PolygonLegs, ship: Ship, start: tuple[float, float, float]) -> Survey:
     if p.run_in <= 0.0:
         raise ParameterError(
-            f"{MODE}.run_in = 0 m is not allowed with a rectangle: it takes a way on which the ship turns to its leg"
+            f"{MODE}.run_in = 0 m is not allowed with a rectangle or a polygon: it takes a way on which the ship turns to its leg"
         )
-    elements, sections = survey_legs(
-        replace(p, legs=legs.number, leg_length=legs.length, spacing=legs.spacing, run_in=0.0), ship.vessel, ship.limits
-    )
+    elements, sections = survey_legs(replace(p, spacing=legs.spacing, run_in=0.0), ship.vessel, ship.limits, legs.strips)
     beginning = legs.begin - p.run_in * cmath.exp(1j * legs.course)
     points = [Waypoint(place, THROUGH, p.speed) for place in (beginning, legs.begin)]
     if abs(beginning - complex(start[0], start[1])) < DISTINCT * p.run_in:

@@ -98,6 +98,8 @@ def _differences(base: Scenario, name: str, shift: float, index: int) -> dict[st
         changes["reference_ship.goal.poses"] = _shifted(reference.goal.poses, 3, shift)
     if any(reference.lawnmower.rectangle):
         changes["reference_ship.lawnmower.rectangle"] = _shifted(reference.lawnmower.rectangle, 4, shift)
+    if any(reference.lawnmower.polygon):
+        changes["reference_ship.lawnmower.polygon"] = _shifted(reference.lawnmower.polygon, 2, shift)
     return changes
 
 

@@ -78,12 +78,14 @@ def _of_the_reference() -> Iterator[Rule]:
     for program in ("surge_force", "yaw_moment", "course.heading"):
         yield _without((f"{program}_sine.amplitude",), f"{program}_sine.*")
         yield from (_without((f"{program}_{kind}.values",), f"{program}_{kind}.times") for kind in ("steps", "ramp"))
-    yield _without(("lawnmower.rectangle",), "lawnmower.heading")
-    yield Rule(
-        ("lawnmower.legs", "lawnmower.leg_length"),
-        lambda values: any(values["lawnmower.rectangle"]),
-        "lawnmower.rectangle is given, from which they follow",
-    )
+    areas = "lawnmower.rectangle", "lawnmower.polygon"
+    yield _without(areas, "lawnmower.heading")
+    for area in areas:
+        yield Rule(
+            ("lawnmower.legs", "lawnmower.leg_length"),
+            lambda values, area=area: any(values[area]),  # type: ignore[misc]
+            f"{area} is given, from which they follow",
+        )
     for mode in REFERENCES:
         own = ("surge_force*", "yaw_moment*") if mode == "virtual_ship" else (f"{mode}.*",)
         yield Rule(own, _unlike("mode", mode), f"mode is not {mode}", alternative=True)
