@@ -19,10 +19,10 @@ PERIOD = 0.1
 PLACES = [40.0, 0.0, 40.0, 40.0, 0.0, 40.0]
 
 
-def reference_of(period: float = PERIOD, **values: Any) -> PathReference:
+def reference_of(**values: Any) -> PathReference:
     changes = {f"reference_ship.{name.replace('__', '.')}": value for name, value in values.items()}
     given = {"reference_ship.mode": "path", "reference_ship.path.waypoints": PLACES, "reference_ship.path.time": 0.0, **changes}
-    reference = make_reference(load_scenario("survey", given).reference_ship, period)
+    reference = make_reference(load_scenario("survey", given).reference_ship, PERIOD)
     assert isinstance(reference, PathReference)
     return reference
 
