@@ -405,3 +405,10 @@ def test_a_file_that_does_not_exist_or_is_a_folder_is_named(tmp_path: Path) -> N
 def test_a_plan_of_before_version_3_3_is_read(read: Read) -> None:
     item = {**waypoint_item(1, PLACES[0]), "params": [0, 0, 0, 0], "coordinate": [*PLACES[0], 0]}
     assert read(plan([item])).points[0].place == PLACES[0]
+
+
+def test_a_waypoint_at_0_0_of_a_plan_is_not_the_one_before_it(read: Read) -> None:
+    found = read(plan([waypoint_item(1, PLACES[0]), waypoint_item(2, (0.0, 0.0)), simple_item(3, 19, (5, 0, 0, 0, 0, 0, 0))]))
+    assert [(point.place, point.hold) for point in found.points] == [(PLACES[0], 0.0), ((0.0, 0.0), 5.0)]
+    with pytest.raises(ScenarioError, match="item 2 must be a place that was measured"):
+        placed(found, HOME, "a")

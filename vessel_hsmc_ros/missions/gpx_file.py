@@ -47,7 +47,7 @@ def read_gpx(content: bytes, source: Source, route: str | None = None) -> Missio
 
 
 def _routes(root: Element) -> list[tuple[str, str, list[Element], Element | None]]:
-    """Name, kind, points and extensions of each route, and of each segment of a track, between which nobody knows the way."""
+    """Name, kind, points and extensions of each route, and of each segment of a track: the way between two is unknown."""
     found: list[tuple[str, str, list[Element], Element | None]] = []
     for number, child in enumerate((one for one in root if _local(one) in ("rte", "trk")), 1):
         name = _text(child, "name") or str(number)

@@ -36,7 +36,7 @@ REFUSED = {
     82: ("NAV_SPLINE_WAYPOINT", "the spline depends on the autopilot; waypoints along it would do"),
     84: ("NAV_VTOL_TAKEOFF", "a surface vessel does not take off"),
     85: ("NAV_VTOL_LAND", "a surface vessel does not land"),
-    92: ("NAV_GUIDED_ENABLE", "nobody else steers within a mission"),
+    92: ("NAV_GUIDED_ENABLE", "nothing else steers within a mission"),
     94: ("NAV_PAYLOAD_PLACE", "it has no payload to place"),
     112: ("CONDITION_DELAY", "conditions are not kept; a hold (NAV_DELAY) would do"),
     113: ("CONDITION_CHANGE_ALT", "a surface vessel has no altitude"),
