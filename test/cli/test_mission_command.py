@@ -112,9 +112,12 @@ def test_a_mission_that_leaves_its_fence_is_refused() -> None:
         "polygons": [{"inclusion": True, "polygon": [list(corner) for corner in square], "version": 1}],
         "version": 2,
     }
-    done = call(plan([waypoint_item(k, place) for k, place in enumerate(PLACES, 1)], geoFence=fence))
-    assert isinstance(done.exception, GoalError)
-    assert "refused: item 3: the leg to it: it leaves the area to stay in, fence polygon 1" in done.output
+    text = plan([waypoint_item(k, place) for k, place in enumerate(PLACES, 1)], geoFence=fence)
+    for options in ((), ("--skip-refused", "--into", "out.yaml")):
+        done = call(text, *options)
+        assert isinstance(done.exception, GoalError)
+        assert "refused: item 3: its leg: it leaves the area to stay in, fence polygon 1" in done.output
+    assert not Path("out.yaml").exists()
 
 
 def test_the_area_of_a_file_is_surveyed_with_a_swath() -> None:

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.missions.fence_check import breaches
-from vessel_hsmc_ros.missions.legs import checked, completed, parameters_of, part_of, unsendable
+from vessel_hsmc_ros.missions.legs import completed, leaving_fence, parameters_of, part_of, unsendable, way_leaving_fence
 from vessel_hsmc_ros.missions.mission import Fence, Mission, MissionPoint
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, track_of
 from vessel_hsmc_ros.reference.path_parameters import waypoints_of
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -105,12 +105,31 @@ def test_what_a_path_message_cannot_hold_is_named_by_item() -> None:
 def test_a_mission_that_leaves_its_own_fence_is_refused_by_leg() -> None:
     inclusion, exclusion = Fence(SQUARE, True, "fence polygon 1"), Fence(((50.0, 50.0),), False, "fence circle 1", 10.0)
     fine = mission((10.0, 10.0), (90.0, 10.0), (90.0, 90.0), fences=(inclusion, exclusion))
-    assert checked(fine).refused == ()
-    wrong = checked(mission((10.0, 10.0), (90.0, 90.0), (110.0, 50.0), (120.0, 0.0), fences=(inclusion, exclusion))).refused
-    assert [(item.item, item.what) for item in wrong] == [("item 3", "the leg to it and 1 more"), ("item 2", "the leg to it")]
+    assert leaving_fence(fine) == []
+    wrong = leaving_fence(mission((10.0, 10.0), (90.0, 90.0), (110.0, 50.0), (120.0, 0.0), fences=(inclusion, exclusion)))
+    assert [(item.item, item.what) for item in wrong] == [("item 3", "its leg and 1 more"), ("item 2", "its leg")]
     assert "fence polygon 1" in wrong[0].why
     with pytest.raises(ScenarioError, match="must have a waypoint"):
-        checked(Mission())
+        leaving_fence(Mission())
+
+
+def test_an_area_that_leaves_the_fence_is_refused() -> None:
+    inclusion = Fence(SQUARE, True, "fence polygon 1")
+    areas = tuple(Fence(((10.0, 10.0), (x, 10.0), (50.0, 50.0)), True, f"to {x:g}") for x in (90.0, 110.0))
+    assert [item.item for item in leaving_fence(mission(areas=areas, fences=(inclusion,)))] == ["to 110"]
+
+
+def test_a_planned_way_whose_turns_leave_the_fence_is_refused() -> None:
+    points = [(60.0, 0.0), (60.0, 10.0), (0.0, 10.0)]
+    values = {**parameters_of(mission(*points)), "path.speeds": [1.0], "path.corners": ["over"]}
+    track = track_of(
+        load_scenario("survey", {f"reference_ship.{key}": value for key, value in values.items()}).reference_ship, 0.5
+    )
+    assert track is not None
+    fences = [Fence(((-20.0, -20.0), (x, -20.0), (x, 30.0), (-20.0, 30.0)), True, f"to {x:g}") for x in (61.0, 90.0)]
+    given = mission((0.0, 0.0), *points, fences=tuple(fences))
+    assert leaving_fence(given) == []
+    assert [item.why for item in way_leaving_fence(track, fences)] == ["it leaves the area to stay in, to 61"]
 
 
 CONCAVE = ((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (20.0, 30.0), (20.0, 10.0), (10.0, 10.0), (10.0, 30.0), (0.0, 30.0))

@@ -2,6 +2,7 @@
 
 import math
 import shlex
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,8 +16,18 @@ from vessel_hsmc_ros.cli.options import load_checked, refuse_without, vessel_opt
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
-from vessel_hsmc_ros.missions.legs import checked, completed, parameters_of, part_of, positions, survey_of, table_of, unsendable
-from vessel_hsmc_ros.missions.mission import Mission
+from vessel_hsmc_ros.missions.legs import (
+    completed,
+    leaving_fence,
+    parameters_of,
+    part_of,
+    positions,
+    survey_of,
+    table_of,
+    unsendable,
+    way_leaving_fence,
+)
+from vessel_hsmc_ros.missions.mission import Mission, Refused
 from vessel_hsmc_ros.missions.placing import Placed, datum_of, placed
 from vessel_hsmc_ros.missions.reading import read_mission
 from vessel_hsmc_ros.scenario.new_survey import MARGIN
@@ -57,11 +68,12 @@ def mission(file: Path, **given: Any) -> None:
             f"survey of {found.mission.areas[0].item} with a swath of {given['swath']:g} m, course {given['along']:g} degrees"
         )
         _show_file(found.mission, found)
+        _require_within(leaving_fence(replace(found.mission, points=())))
         _report(found.mission, given["skip_refused"])
     else:
         whole = _whole(found, given)
         values = parameters_of(whole)
-    duration = _plan(values, given["scenario"]) if given["scenario"] else 0
+    duration = _plan(values, given["scenario"], found.mission) if given["scenario"] else 0
     if given["into"]:
         _write(given["into"], values, found, file)
         run = f"{given['scenario'] or 'SCENARIO'} --set @{shlex.quote(str(given['into']))}"
@@ -100,9 +112,11 @@ def _whole(found: Placed, given: dict[str, Any]) -> Mission:
         first = max(1, int(legs.partition("-")[0]) - 1)
     if given["speed"]:
         whole = replace(whole, points=tuple(point._replace(speed=point.speed or given["speed"]) for point in whole.points))
-    whole = checked(whole)
+    if not whole.points:
+        raise ScenarioError(f"the mission must have a waypoint (got none){': --swath surveys its area' if whole.areas else ''}")
     _show(whole, first)
     _show_file(whole, found)
+    _require_within(leaving_fence(whole))
     if given["send"]:
         whole = replace(whole, refused=(*whole.refused, *unsendable(whole)))
     _report(whole, given["skip_refused"])
@@ -156,7 +170,7 @@ def _show(whole: Mission, first: int) -> None:
     time = sum(length / (point.speed or math.inf) for length, point in zip(lengths, whole.points[1:], strict=True))
     time += sum(point.hold for point in whole.points)
     print_line(
-        f"{len(places)} waypoints, {sum(lengths):.1f} m from the first on{f', {time:.0f} s at these speeds' if known else ''}"
+        f"{len(places)} waypoint{'s' if len(places) > 1 else ''}, {sum(lengths):.1f} m from the first on{f', {time:.0f} s at these speeds' if known else ''}"
     )
 
 
@@ -174,6 +188,18 @@ def _show_file(whole: Mission, found: Placed) -> None:
         print_line(f"left out: {item}")
 
 
+def _require_within(leaving: Sequence[Refused]) -> None:
+    """Refuse a mission that leaves its own fence, also where items that are refused are skipped.
+
+    Raises:
+        GoalError: it does.
+    """
+    for item in leaving:
+        print_warning(f"refused: {item}")
+    if leaving:
+        raise GoalError(f"the mission must stay within its own fence (got {leaving[0]})")
+
+
 def _report(whole: Mission, skip: bool) -> None:
     """Name what is refused.
 
@@ -189,17 +215,21 @@ def _report(whole: Mission, skip: bool) -> None:
         )
 
 
-def _plan(values: dict[str, object], name: str) -> int:
+def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
     """Plan the mission with a vessel, which shows what it cannot sail.
 
     Returns:
         A duration of a run, s: the time that the mission takes, and a tenth of it.
+
+    Raises:
+        GoalError: the planned way leaves the fence of the mission.
     """
     from vessel_hsmc_ros.reference.factory import make_reference
 
     changes = {f"reference_ship.{key}": value for key, value in values.items()}
     p = load_checked(name, changes).reference_ship
     reference: Any = make_reference(replace(p, follow="time"), 1.0 / p.rate_hz)
+    _require_within(way_leaving_fence(reference.track, whole.fences))
     duration = float(reference.constants.table.times[-1])
     print_line(f"planned with {name}: {duration:.0f} s from its initial pose on, with the turns of its vessel")
     return math.ceil(MARGIN * duration)

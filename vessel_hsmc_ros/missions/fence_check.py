@@ -26,7 +26,7 @@ def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence
         if wrong:
             what = "leaves the area to stay in" if fence.inside else "enters the area to stay out of"
             more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-            found.append(Refused(wrong[0], f"the leg to it{more}", f"it {what}, {fence.item}"))
+            found.append(Refused(wrong[0], f"its leg{more}", f"it {what}, {fence.item}"))
     return found
 
 

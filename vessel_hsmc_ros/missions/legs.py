@@ -15,12 +15,16 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.missions.fence_check import breaches
-from vessel_hsmc_ros.missions.mission import Mission, MissionPoint, Refused
+from vessel_hsmc_ros.missions.mission import Fence, Mission, MissionPoint, Refused
+from vessel_hsmc_ros.reference.planned_track import PlannedTrack, outline
 
 Array = NDArray[np.float64]
 
 ROOM = 0.5
 """Share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut."""
+
+OUTLINE_POINTS = 2000
+"""Points of a planned way that are compared with a fence."""
 
 
 def positions(points: Sequence[MissionPoint]) -> list[complex]:
@@ -90,18 +94,31 @@ def _length(points: Sequence[complex], k: int, begin: complex) -> float:
     return math.inf if k >= len(points) else abs(points[k] - (points[k - 1] if k else begin))
 
 
-def checked(mission: Mission) -> Mission:
-    """The mission, in which legs that leave its own fence are refused.
+def leaving_fence(mission: Mission) -> list[Refused]:
+    """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence.
 
     Raises:
-        ScenarioError: it has no waypoint.
+        ScenarioError: it has neither.
     """
-    if not mission.points:
-        hint = ": --swath surveys its area" if mission.areas else ""
-        raise ScenarioError(f"the mission must have a waypoint (got none){hint}")
-    items = [point.item for point in mission.points]
-    wrong: list[Refused] = breaches(positions(mission.points), mission.fences, items)
-    return replace(mission, refused=(*mission.refused, *wrong))
+    if mission.points:
+        return breaches(positions(mission.points), mission.fences, [point.item for point in mission.points])
+    if not mission.areas:
+        raise ScenarioError("the mission must have a waypoint (got none)")
+    return [
+        wrong
+        for area in mission.areas
+        for wrong in breaches(
+            [complex(*corner) for corner in (*area.corners, area.corners[0])],
+            mission.fences,
+            [area.item] * (len(area.corners) + 1),
+        )
+    ]
+
+
+def way_leaving_fence(track: PlannedTrack, fences: Sequence[Fence]) -> list[Refused]:
+    """As `leaving_fence`, of a planned way with its turns."""
+    ways = [[complex(p) for p in way] for way in outline(track, OUTLINE_POINTS)]
+    return [wrong for way in ways for wrong in breaches(way, fences, ["the planned way"] * len(way))]
 
 
 def unsendable(mission: Mission) -> list[Refused]:

@@ -153,6 +153,8 @@ def read_cockpit(document: dict[str, Any], source: Source) -> Mission:
         waypoint = source.mapping(entry, what)
         place = source.place(waypoint.get("coordinates"), what)
         commands = source.rows(waypoint.get("commands", [waypoint]), f"{what}: commands")
+        if not commands:
+            raise source.error(f"{what}: commands must not be empty (got no command)")
         for j, one in enumerate(commands, 1):
             label = what if len(commands) == 1 else f"{what}.{j}"
             items.append(_cockpit_item(source.mapping(one, label), place, label, len(items), source))
