@@ -169,9 +169,8 @@ def _show(whole: Mission, first: int) -> None:
     lengths = [abs(b - a) for a, b in pairwise(places)]
     time = sum(length / (point.speed or math.inf) for length, point in zip(lengths, whole.points[1:], strict=True))
     time += sum(point.hold for point in whole.points)
-    print_line(
-        f"{len(places)} waypoint{'s' if len(places) > 1 else ''}, {sum(lengths):.1f} m from the first on{f', {time:.0f} s at these speeds' if known else ''}"
-    )
+    many, lasting = "s" if len(places) > 1 else "", f", {time:.0f} s at these speeds" if known else ""
+    print_line(f"{len(places)} waypoint{many}, {sum(lengths):.1f} m from the first on{lasting}")
 
 
 def _show_file(whole: Mission, found: Placed) -> None:
