@@ -8,6 +8,7 @@ from typing import Any
 import click
 import pytest
 from click.testing import CliRunner
+from mission_writing import GPX, gpx_route
 from reaching import Reach
 
 from vessel_hsmc_ros.cli import init as init_verb
@@ -356,6 +357,26 @@ def test_reproduce_takes_its_folder_and_the_nodes(reach: Reach, monkeypatch: pyt
     monkeypatch.setattr(target, lambda *_: "results")
     found = reach("vessel_hsmc_ros.paper.reproduction.write", "reproduce", "--output", "there")
     assert (found["results"], found["folder"]) == ("results", Path("there"))
+
+
+def test_mission_takes_route_datum_legs_speed_and_where_it_goes(reach: Reach, tmp_path: Path) -> None:
+    places = [(63.44 + 1e-3 * k, 10.39) for k in range(1, 5)]
+    (tmp_path / "way.gpx").write_text(GPX.format(gpx_route(places, "out") + gpx_route(places[::-1], "back")))
+    chosen = "--route", "back", "--datum", "63.44,10.39", "--legs", "3-", "--speed", 0.75, "--skip-refused"
+    found = reach("vessel_hsmc_ros.cli.mission._write", "mission", "way.gpx", *chosen, "--into", "there.yaml")
+    assert found["into"] == Path("there.yaml")
+    assert found["values"]["path.waypoints"][1::2] == pytest.approx([334.4, 222.9, 111.5], abs=0.1)
+    assert found["values"]["path.speeds"] == [0.75] * 3
+    found = reach("vessel_hsmc_ros.cli.mission._plan", "mission", "way.gpx", "--route", "out", "--scenario", "survey")
+    assert found["name"] == "survey"
+    assert reach("vessel_hsmc_ros.cli.mission._completed", "mission", "way.gpx", "--route", "out", "--resume", "bag")[
+        "bag"
+    ] == Path("bag")
+    sent = "--send", "--namespace", "boat", "--route", "out", "--datum", "63.44,10.39"
+    assert reach("vessel_hsmc_ros.cli.mission._send", "mission", "way.gpx", *sent)["namespace"] == "boat"
+    survey = "--swath", 12.5, "--along", 60
+    found = reach("vessel_hsmc_ros.cli.mission.survey_of", "mission", "way.gpx", "--route", "out", *survey)
+    assert (found["swath"], found["along"], found["speed"]) == (12.5, pytest.approx(0.5236, abs=1e-4), None)
 
 
 def options_of(command: click.Command) -> list[str]:
