@@ -2,6 +2,7 @@
 
 from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -181,3 +182,25 @@ def test_options_that_do_not_fit_each_other_or_the_file_are_wrong_use(
 ) -> None:
     Path("way").write_text(METRES, encoding="utf-8")
     assert exit_code_of(monkeypatch, "mission", "way", *options) == 2
+
+
+@pytest.mark.parametrize(("own", "sent"), [((63.44, 10.39), True), ((), True), ((63.45, 10.39), False)])
+def test_a_mission_is_sent_only_with_the_datum_of_the_odometry(
+    monkeypatch: pytest.MonkeyPatch, own: tuple[float, ...], sent: bool
+) -> None:
+    pytest.importorskip("rclpy", reason="ROS is not installed")
+    remote = SimpleNamespace(
+        require=lambda *_: None, name=lambda name: f"/{name}", nodes=lambda: ["/navsat_odom", "/reference_ship"]
+    )
+    monkeypatch.setattr("vessel_hsmc_ros.cli.mission.running_vessel", lambda _: nullcontext(remote))
+    monkeypatch.setattr("vessel_hsmc_ros.nodes.remote.get_parameters", lambda *_: {"datum": [*own]})
+    found: list[Any] = []
+
+    def send(_: object, poses: list[Any]) -> str:
+        found.extend(poses)
+        return "path: 3 waypoints"
+
+    monkeypatch.setattr("vessel_hsmc_ros.nodes.remote.send_path", send)
+    done = call(of_table(PLACES), "--send", "--datum", "63.44,10.39")
+    assert (len(found) == 3) == sent
+    assert ("--datum must be that of /navsat_odom, 63.45,10.39 (got 63.44,10.39)" in str(done.exception)) != sent

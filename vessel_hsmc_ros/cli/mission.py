@@ -16,6 +16,7 @@ from vessel_hsmc_ros.cli.options import load_checked, refuse_without, vessel_opt
 from vessel_hsmc_ros.cli.running import running_vessel
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
+from vessel_hsmc_ros.core.node_list import REFERENCE
 from vessel_hsmc_ros.missions.legs import (
     completed,
     leaving_fence,
@@ -27,13 +28,19 @@ from vessel_hsmc_ros.missions.legs import (
     unsendable,
     way_leaving_fence,
 )
-from vessel_hsmc_ros.missions.mission import Mission, Refused
+from vessel_hsmc_ros.missions.mission import Mission, Pair, Refused
 from vessel_hsmc_ros.missions.placing import Placed, datum_of, placed
 from vessel_hsmc_ros.missions.reading import read_mission
 from vessel_hsmc_ros.scenario.new_survey import MARGIN
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 
 COLUMNS = ("leg", "to", "corner", "x [m]", "y [m]", "length [m]", "course [deg]", "speed [m/s]", "time [s]", "hold [s]")
+
+NAVSAT = "navsat_odom"
+"""The node whose datum is that of the odometry."""
+
+SAME_DATUM = 1e-7
+"""Largest difference of a datum from that of the odometry, degrees: a centimetre."""
 
 
 @click.command()
@@ -80,7 +87,7 @@ def mission(file: Path, **given: Any) -> None:
         longer = f" --set vessel_sim.duration={duration}" if duration else ""
         print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
     if given["send"]:
-        _send(whole, given["namespace"])
+        _send(whole, found.datum, given["namespace"])
 
 
 def _check_options(given: dict[str, Any]) -> None:
@@ -150,15 +157,24 @@ def _completed(bag: Path, found: Placed) -> int:
 
     opened = open_bag(bag)
     prefix = opened.namespace(None)
-    datum = opened.parameters.get(f"{prefix}navsat_odom", {}).get("datum")
-    if datum and found.datum and max(abs(a - b) for a, b in zip(datum, found.datum, strict=True)) > 1e-7:
-        raise ParameterError(f"--datum must be that of the odometry in {bag}, {datum[0]},{datum[1]} (got {found.datum_of})")
+    if found.datum is not None:
+        _require_datum(opened.parameters.get(f"{prefix}{NAVSAT}", {}).get("datum"), found.datum, str(bag))
     record = of_vessel(opened, prefix)
     done = completed(found.mission, record.run.state[:, :2], hull_length(record.scenario) or 1.0)
     if done == len(found.mission.points):
         raise ScenarioError(f"--resume: {bag} has completed all {done} legs: --legs sails some of them again")
     print_line(f"{bag} has completed {done} of {len(found.mission.points)} legs: leg {done + 1} is the next")
     return done
+
+
+def _require_datum(own: Sequence[float] | None, datum: Pair, where: str) -> None:
+    """Refuse a datum that is not that of the odometry, where that has one of its own.
+
+    Raises:
+        ParameterError: it is not.
+    """
+    if own and max(abs(a - b) for a, b in zip(own, datum, strict=True)) > SAME_DATUM:
+        raise ParameterError(f"--datum must be that of {where}, {own[0]},{own[1]} (got {datum[0]},{datum[1]})")
 
 
 def _show(whole: Mission, first: int) -> None:
@@ -252,8 +268,18 @@ def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> 
         raise ScenarioError(f"{into} cannot be written: {error.strerror}") from None
 
 
-def _send(whole: Mission, namespace: str) -> None:
-    with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import send_path
+def _send(whole: Mission, datum: Pair | None, namespace: str) -> None:
+    """Send the positions to a running vessel.
 
+    Raises:
+        ParameterError: its odometry has another datum.
+        RunError: it takes no path, or refuses this one.
+    """
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import get_parameters, send_path
+
+        if datum is not None:
+            remote.require(REFERENCE)
+            if remote.name(NAVSAT) in remote.nodes():
+                _require_datum(get_parameters(remote, NAVSAT, ("datum",))["datum"], datum, remote.name(NAVSAT))
         print_line(send_path(remote, [(*point.place, 0.0) for point in whole.points]))
