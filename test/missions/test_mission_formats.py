@@ -412,3 +412,9 @@ def test_a_waypoint_at_0_0_of_a_plan_is_not_the_one_before_it(read: Read) -> Non
     assert [(point.place, point.hold) for point in found.points] == [(PLACES[0], 0.0), ((0.0, 0.0), 5.0)]
     with pytest.raises(ScenarioError, match="item 2 must be a place that was measured"):
         placed(found, HOME, "a")
+
+
+def test_what_a_line_of_geojson_cannot_have_is_refused_and_its_speed_is_that_of_its_legs(read: Read) -> None:
+    found = read(geojson(feature("LineString", positions(PLACES), speed=0.8, hold=5, corner="over", colour="red", name="a")))
+    assert [point.speed for point in found.points] == [0.8] * 3
+    assert [(item.item, item.what) for item in found.refused] == [("feature 1", "hold"), ("feature 1", "corner")]

@@ -42,6 +42,8 @@ def read_geojson(document: dict[str, Any], source: Source, route: str | None = N
         elif kind == "LineString":
             name = str(properties.get("name") or item)
             routes.append((name, _line(coordinates, item, properties, source)))
+            lost = [one for one in NAMES if one in properties and one not in (*SPEEDS, "name")]
+            refused += [Refused(item, one, "a line has a speed and a name; points with it would do") for one in lost]
         elif kind == "Polygon":
             fence = _polygon(coordinates, item, properties, source)
             (fences if "fence" in properties else areas).append(fence)
