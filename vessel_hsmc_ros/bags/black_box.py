@@ -27,9 +27,6 @@ NICENESS = 10
 def write(content: BinaryIO) -> tuple[Path, str]:
     """Write the bag into the first folder that takes it; one that exists is left alone, and another name is taken beside it.
 
-    Args:
-        content: Opened file of the content, which is read to its end.
-
     Returns:
         The bag's folder, and why none of the folders before it took the bag; empty if it is the first.
 

@@ -16,23 +16,16 @@ _RECORD = struct.Struct("<qHI")
 def header(folders: Sequence[str], notes: Mapping[str, str], topics: Mapping[str, str], parameters: str) -> bytes:
     """The first line of the content.
 
-    Args:
-        folders: Where the bag may be written, in the order of preference; the others are for a disk that is full.
-        notes: Facts about the recording by name.
-        topics: Message types by topic, in the order of the topics' numbers.
-        parameters: Parameters of the node, as a ROS parameters file.
+    `folders`: where the bag may be written, in the order of preference; the others are for a disk that is full. `notes`: facts
+    about the recording by name. `topics`: message types by topic, in the order of the topics' numbers. `parameters`: parameters
+    of the node, as a ROS parameters file.
     """
     content = {"folders": list(folders), "notes": dict(notes), "topics": list(topics.items()), "parameters": parameters}
     return json.dumps(content).encode() + b"\n"
 
 
 def record(time: int, topic: int, data: bytes) -> bytes:
-    """A message in the content.
-
-    Args:
-        time: Its time, ns.
-        data: The serialised message, CDR with its encapsulation header.
-    """
+    """A message in the content."""
     return _RECORD.pack(time, topic, len(data)) + data
 
 

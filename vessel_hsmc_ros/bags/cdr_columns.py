@@ -30,9 +30,8 @@ _COMMENTS = re.compile(r"^[ \t]*(#.*)?\n", re.MULTILINE)
 def read_definition(kind: str, text: str) -> Mapping[str, Any]:
     """The types of a definition by their names, each with its constants and its fields.
 
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        text: The definition in the form ros2msg, followed by those of all types that it uses.
+    `kind`: the message type, such as `nav_msgs/msg/Odometry`. `text`: the definition in the form ros2msg, followed by those of
+    all types that it uses.
 
     Raises:
         BagError: the text is not such a definition, or lacks a type.
@@ -110,9 +109,8 @@ class Layout:
     def gather(self, data: Array, starts: Array, names: Sequence[str]) -> dict[str, Array] | None:
         """Columns of some fields of many messages; None if one of the messages has another layout.
 
-        Args:
-            data: Bytes that contain the messages, uint8, (m,).
-            starts: Offsets of the messages, (n,); each message has `size` bytes.
+        `data`: bytes that contain the messages, uint8, (m,). `starts`: offsets of the messages, (n,); each message has `size`
+        bytes.
 
         Returns:
             Columns by name, each with n rows.
@@ -141,9 +139,8 @@ def _ended(data: Array, starts: Array, text: Location) -> bool:
 class MessageType:
     """A message type as the schema in a bag describes it.
 
-    Args:
-        name: Such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg, followed by those of all types that it uses.
+    `name`: such as `nav_msgs/msg/Odometry`. `definition`: its text in the form ros2msg, followed by those of all types that it
+    uses.
 
     Raises:
         BagError: the text is not such a definition.

@@ -39,10 +39,6 @@ class _Names:
 def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
     """The connection that a bag shows.
 
-    Args:
-        bag: Of this package's recorder, or of any other one.
-        stack: The interface of the stack, if one is given.
-
     Raises:
         BagError: a topic cannot be read.
     """

@@ -38,9 +38,6 @@ SUFFIX = ".zstd"
 def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
     """Whether each message of a bag is compressed on its own.
 
-    Args:
-        information: Its metadata.yaml.
-
     Raises:
         BagError: the bag is compressed in a format or mode that this package does not read.
     """
@@ -79,9 +76,6 @@ def decompress_file(path: Path, folder: Path) -> Path:
 
 def decompress_messages(path: Path, records: bytes) -> bytes:
     """The Message records of a chunk with their data decompressed.
-
-    Args:
-        records: The chunk's uncompressed bytes.
 
     Raises:
         BagError: a message is damaged.
@@ -132,9 +126,6 @@ class RawMessage(NamedTuple):
 
 class BagFiles:
     """The files of an opened bag; those that rosbag2 compressed are decompressed into a temporary folder.
-
-    Args:
-        path: The bag's folder, or one file.
 
     Attributes:
         information: The content of metadata.yaml; empty for a bare file.
@@ -251,11 +242,8 @@ def bag_files(path: Path, strict: bool = True) -> FoundFiles:
     """The MCAP files of a bag: those that its metadata.yaml names, without one all in its folder; or a single file.
 
     Hidden files are none of a bag: macOS leaves such on foreign disks. An empty file among others is left out: its recorder was
-    killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml.
-
-    Args:
-        path: The folder or file.
-        strict: Whether its metadata.yaml must be readable.
+    killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml. `strict`:
+    whether its metadata.yaml must be readable.
 
     Raises:
         BagError: there are no such files, or the bag is of a kind that this package does not read.

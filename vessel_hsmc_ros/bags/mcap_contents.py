@@ -92,10 +92,6 @@ class Contents:
 def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     """The uncompressed records of a chunk.
 
-    Args:
-        path: The file, for error messages.
-        stream: The file, opened for reading.
-
     Raises:
         BagError: the chunk is damaged.
     """
@@ -113,8 +109,7 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
 def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
-    Args:
-        summary: What a valid summary knows: where the records break off, the next record that it knows is read.
+    `summary`: what a valid summary knows: where the records break off, the next record that it knows is read.
 
     Raises:
         BagError: the file has no complete record.
@@ -151,10 +146,8 @@ def _known_records(summary: Contents) -> dict[int, int]:
 def _scan_from(contents: Contents, position: int, known: Mapping[int, int], doubtful: list[tuple[int, int]]) -> int:
     """Add the records from an offset on; returns the offset at which they break off.
 
-    Args:
-        contents: What has been found so far.
-        known: Records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
-        doubtful: Gets offset and length of each record that cannot be read.
+    `known`: records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
+    `doubtful`: gets offset and length of each record that cannot be read.
     """
     starts = list(known)
     for opcode, start, content in file_records(contents.path, position):

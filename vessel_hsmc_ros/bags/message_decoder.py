@@ -35,11 +35,7 @@ class MessageObjects:
     """Makes objects of the messages of one type, by walking its fields.
 
     No code is made of the definition, which may come from a stranger: the time is proportional to the bytes of the message,
-    whatever lengths of arrays the definition declares.
-
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        types: All types that it uses, as `read_definition` returns them.
+    whatever lengths of arrays the definition declares. `types`: all types that it uses, as `read_definition` returns them.
     """
 
     def __init__(self, kind: str, types: Mapping[str, Any]) -> None:
@@ -143,9 +139,7 @@ MAX_NARROW_ARRAY = 8
 class MessageDecoder:
     """Decodes the messages of one topic.
 
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg with all types that it uses.
+    `definition`: its text in the form ros2msg with all types that it uses.
     """
 
     def __init__(self, topic: str, kind: str, definition: str) -> None:
@@ -177,9 +171,7 @@ class MessageDecoder:
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
         """Decode some fields of many messages into columns.
 
-        Args:
-            starts: Offset of each message, (n,).
-            sizes: Bytes of each message, (n,).
+        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,).
 
         Returns:
             Columns by name, each with n rows.

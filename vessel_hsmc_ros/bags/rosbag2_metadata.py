@@ -65,10 +65,7 @@ def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
 def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping[str, str]) -> dict[str, Any]:
     """The content of metadata.yaml below its top key.
 
-    Args:
-        topics: The bag's topics with their counts.
-        files: Its files in order.
-        notes: Further texts by name, its `custom_data`.
+    `notes`: further texts by name, its `custom_data`.
 
     Returns:
         The value of `rosbag2_bagfile_information`.
@@ -94,11 +91,9 @@ def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping
 def qos_entry(reliable: bool, transient_local: bool, **others: Any) -> dict[str, Any]:
     """A QoS profile as rosbag2 writes it; discovery transmits neither history nor depth.
 
-    Args:
-        reliable: Reliability: reliable, or best effort.
-        transient_local: Durability: transient local, or volatile.
-        others: `deadline`, `lifespan` and `liveliness_lease_duration` as seconds and nanoseconds, infinite if not given;
-            `liveliness`, automatic if not given.
+    `reliable`: reliability: reliable, or best effort. `transient_local`: durability: transient local, or volatile. `others`:
+    `deadline`, `lifespan` and `liveliness_lease_duration` as seconds and nanoseconds, infinite if not given; `liveliness`,
+    automatic if not given.
     """
     times = {}
     for name in ("deadline", "lifespan", "liveliness_lease_duration"):
@@ -142,9 +137,7 @@ def _span(start: int, end: int) -> dict[str, Any]:
 def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     """The content of a bag's metadata.yaml; empty where there is none.
 
-    Args:
-        directory: The bag's folder.
-        strict: Whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
+    `strict`: whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
 
     Raises:
         BagError: the file cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.

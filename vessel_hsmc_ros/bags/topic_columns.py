@@ -201,9 +201,8 @@ def _series(name: str, channels: Sequence[_Channel], files: BagFiles) -> Series:
 def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
     """Read columns of topics of one bag in one pass over its files; those already read are not read again.
 
-    Args:
-        topics: The topics. Of one that has not been read yet, all narrow fields and the times are read.
-        names: Further fields, which all these topics have.
+    `topics`: the topics. Of one that has not been read yet, all narrow fields and the times are read. `names`: further fields,
+    which all these topics have.
 
     Raises:
         BagError: a file is damaged, or a message cannot be decoded.

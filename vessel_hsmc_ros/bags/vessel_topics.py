@@ -16,10 +16,7 @@ NORMALISED = "/normalised_wrench"
 class VesselTopics:
     """The topics of the vessels in a bag.
 
-    Args:
-        bag: Its path, for error messages.
-        topics: All topics by their full names.
-        given: Full names of topics by this package's names, where a person has given them.
+    `given`: full names of topics by this package's names, where a person has given them.
 
     Raises:
         BagError: a topic that was given is not there, or of another type, or cannot be decoded.
@@ -66,11 +63,8 @@ class VesselTopics:
         """The topic of a vessel by this package's name for it; None if the bag has no such messages that can be decoded.
 
         In a bag of one vessel it is the topic that was given, that of the name in the namespace, else the only one whose name
-        ends so, and of odometry and applied wrench the only one of the type.
-
-        Args:
-            prefix: The vessel's namespace, with its slashes.
-            own: The name without the namespace, such as `odom`.
+        ends so, and of odometry and applied wrench the only one of the type. `prefix`: the vessel's namespace, with its
+        slashes. `own`: the name without the namespace, such as `odom`.
         """
         exact = self._given.get(own, prefix + own)
         if self.readable(exact):

@@ -37,11 +37,7 @@ _DIGEST, _CHUNK = b"campaign", b"chunk"
 
 
 class Dataset:
-    """The folder of a campaign.
-
-    Args:
-        path: The folder, which need not exist yet.
-    """
+    """The folder of a campaign."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -112,8 +108,7 @@ def table_schema(campaign: Campaign, chunk: int) -> "pyarrow.Schema":
 def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> bytes:
     """The Parquet file of a chunk: equal rows give equal bytes.
 
-    Args:
-        rows: Values by the names of the columns; one that is left out is null.
+    `rows`: values by the names of the columns; one that is left out is null.
     """
     pa = _pyarrow()
     from pyarrow import parquet
@@ -237,9 +232,7 @@ class Row:
     def differences(self, metrics: Metrics | None, failure: str = "") -> list[str]:
         """Compare a run with the row.
 
-        Args:
-            metrics: Metrics of the run; None where it has none.
-            failure: Why it ended early; empty if it did not.
+        `failure`: why it ended early; empty if it did not.
 
         Returns:
             A line for each difference; none if all metrics are bit-identical, or both ended early for the same reason.

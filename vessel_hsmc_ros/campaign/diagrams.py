@@ -98,8 +98,7 @@ class Diagrams(NamedTuple):
 def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diagrams:
     """The diagrams of a campaign.
 
-    Args:
-        found: The influences on the main metric for each law, strongest first.
+    `found`: the influences on the main metric for each law, strongest first.
     """
     bars = tuple(Bars(law, label(results.main), tuple(entries[:BARS][::-1])) for law, entries in found.items() if entries)
     return Diagrams(

@@ -255,9 +255,7 @@ class Drawn:
 def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     """Make a drawn parameter from its entry in a campaign file.
 
-    Args:
-        given: Its distribution, such as `{normal: [0.0, 1.0]}`.
-        scenario: The base scenario, with the base values.
+    `given`: its distribution, such as `{normal: [0.0, 1.0]}`.
 
     Raises:
         ParameterError: there is no such parameter, or its distribution has a wrong form or no value in the parameter's range.

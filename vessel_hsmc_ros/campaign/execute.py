@@ -41,11 +41,8 @@ def campaign_of(source: Source, repetitions: int) -> Campaign:
 def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None] | None = None) -> bytes:
     """Compute a chunk of a campaign in this process.
 
-    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error.
-
-    Args:
-        number: Number of the chunk, from 0.
-        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
+    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error. `progress`: called
+    with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
 
     Returns:
         The content of its Parquet file.
@@ -75,10 +72,8 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
 def exceeded(metrics: Metrics, limits: Mapping[str, float]) -> str:
     """The limits that a run exceeds, in one line; empty if there are none.
 
-    Args:
-        metrics: Of the run; one that it does not have, such as the settling time of an error that did not settle, is above
-            every limit, and so is NaN.
-        limits: Largest magnitudes by the names of metrics.
+    `metrics`: of the run; one that it does not have, such as the settling time of an error that did not settle, is above every
+    limit, and so is NaN. `limits`: largest magnitudes by the names of metrics.
     """
     found = []
     for name, limit in limits.items():
@@ -259,8 +254,7 @@ def check_address(scheduler: str) -> None:
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
     """Compute chunks on a cluster.
 
-    Args:
-        scheduler: Address of the scheduler, such as tcp://host:8786.
+    `scheduler`: address of the scheduler, such as tcp://host:8786.
 
     Yields:
         Number and file content of each chunk as soon as it is computed, in any order.

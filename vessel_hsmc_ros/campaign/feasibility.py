@@ -70,8 +70,7 @@ class Demand(NamedTuple):
 def infeasible(scenario: Scenario) -> str:
     """Why no law can keep the ship of a scenario on its reference; empty if one can.
 
-    Args:
-        scenario: A scenario with a duration, whose ship has limits; its law, sensors and gusts are not considered.
+    `scenario`: a scenario with a duration, whose ship has limits; its law, sensors and gusts are not considered.
     """
     sim = scenario.vessel_sim
     a, vessel = sim.actuators, sim.vessel.coefficients()
@@ -111,11 +110,8 @@ def _exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
 def demand(rows: Array, current: Array, wind: Array, vessel: Vessel, h: float) -> Demand:
     """What a ship takes to be on a reference.
 
-    Args:
-        rows: x, y, psi, u, v, r, du, dv, dr of the reference over ground, (n, 9).
-        current: Its components east and north, (2,) m/s.
-        wind: Mean force of the wind, (2,) N.
-        h: Period of the rows, s.
+    `rows`: x, y, psi, u, v, r, du, dv, dr of the reference over ground, (n, 9). `current`: its components east and north, (2,)
+    m/s. `wind`: mean force of the wind, (2,) N. `h`: period of the rows, s.
     """
     q, acceleration = _through_water(rows, current)
     forward = vessel.m11 <= vessel.m22

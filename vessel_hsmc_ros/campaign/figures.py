@@ -23,9 +23,7 @@ Drawn = TypeVar("Drawn")
 def draw(folder: Path, drawn: Diagrams) -> dict[str, Path]:
     """Draw all diagrams.
 
-    Args:
-        folder: Where the files are written; it is made if needed.
-        drawn: The diagrams; kinds that there are none of have no file.
+    `drawn`: the diagrams; kinds that there are none of have no file.
 
     Returns:
         The paths by kind.

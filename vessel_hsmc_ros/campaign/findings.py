@@ -47,11 +47,7 @@ def influences_by_variant(results: Results) -> dict[str, list[Influence]]:
 
 
 def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple[str, str]]:
-    """The findings in words, each with the law that it is about; empty for the comparison of laws.
-
-    Args:
-        found: Of `influences_by_variant`.
-    """
+    """The findings in words, each with the law that it is about; empty for the comparison of laws."""
     if results.campaign.has_ships:
         return ship_findings.sentences(ship_findings.ships_of(results))
     lines = []

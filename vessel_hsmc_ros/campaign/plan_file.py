@@ -83,8 +83,7 @@ class CampaignFile:
     def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
         """Make a campaign from its texts.
 
-        Args:
-            runs: Number of draws in the place of that of the file.
+        `runs`: number of draws in the place of that of the file.
 
         Raises:
             ScenarioError: the file or the scenario is malformed.
@@ -104,9 +103,8 @@ def campaign_names() -> list[str]:
 def read_source(name: Path | str) -> Source:
     """Read the texts of a campaign.
 
-    Args:
-        name: A campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
-            folder of that file.
+    `name`: a campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
+    folder of that file.
 
     Raises:
         ScenarioError: campaign or scenario are unknown or cannot be read, or the file has no scenario.

@@ -23,8 +23,7 @@ from vessel_hsmc_ros.report.style import SERIES
 def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], dict[str, Path]]:
     """Write the report of a campaign, complete or not.
 
-    Args:
-        output: The page; by default `report.html` in the folder. The figures are in `figures/` beside it.
+    `output`: the page; by default `report.html` in the folder. The figures are in `figures/` beside it.
 
     Returns:
         The findings in words, and the paths by kind: page and figures.
@@ -49,9 +48,7 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
 def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams, folder: Path) -> str:
     """Render the HTML text of the page.
 
-    Args:
-        found: The influences on the main metric for each law.
-        folder: The folder of the campaign, for the commands.
+    `found`: the influences on the main metric for each law.
     """
     campaign, laws = results.campaign, list(results.by_variant)
     shown = page_diagrams(drawn, laws)
@@ -111,11 +108,7 @@ AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--gr
 
 
 def page_diagrams(drawn: Diagrams, laws: list[str]) -> dict[str, list[Figure]]:
-    """Traces and layouts of all diagrams, by the section of the page that shows them.
-
-    Args:
-        laws: All laws, in the order of their colours.
-    """
+    """Traces and layouts of all diagrams, by the section of the page that shows them."""
     return {
         "exceedance": [_exceedance(each, laws) for each in drawn.exceedances],
         "bars": [_bars(each, laws) for each in drawn.bars],

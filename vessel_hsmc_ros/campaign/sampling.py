@@ -25,11 +25,7 @@ _STREAM = 1
 def point(method: str, dimensions: int, seed: int, draws: int, draw: int) -> tuple[float, ...]:
     """A point of the open unit cube.
 
-    Args:
-        dimensions: Number of coordinates.
-        seed: Of the campaign; scrambles the Sobol sequence.
-        draws: Number of all draws, on which only those of latin_hypercube depend.
-        draw: Number of the draw, from 0.
+    `draws`: number of all draws, on which only those of latin_hypercube depend.
 
     Returns:
         The coordinates, between 0 and 1 and neither of them.

@@ -50,11 +50,8 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
     RBD-FAST (Tarantola 2006, with the bias correction of Tissot 2012) takes any sample: it sorts the runs by the parameter and
     takes the share of the first harmonics in the spectrum of the metric. It is applied to the ranks of the metric, because
     metrics span decades and a run that ended early has a rank but no value. The index sees an influence that is not monotonic;
-    the rank correlation has a sign.
-
-    Args:
-        drawn: Values of each parameter, (n,) each: numbers, flags or texts.
-        values: The metric, (n,); infinite for a run that ended early.
+    the rank correlation has a sign. `drawn`: values of each parameter, (n,) each: numbers, flags or texts. `values`: the
+    metric, (n,); infinite for a run that ended early.
 
     Returns:
         One entry for each parameter; none for fewer than 100 runs, or where the metric is the same for all of them.

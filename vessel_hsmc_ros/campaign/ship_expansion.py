@@ -69,8 +69,7 @@ class Ship(NamedTuple):
 def resolved(*layers: Mapping[str, object]) -> Changes:
     """Layers of changes in one, the later ones over the earlier ones, with the numbers of a ship of the family expanded.
 
-    Args:
-        layers: Values by `node.parameter` or by `ship.number`.
+    `layers`: values by `node.parameter` or by `ship.number`.
 
     Raises:
         ParameterError: a number of the ship is unknown or out of range, or no reference is feasible for it.
@@ -151,10 +150,7 @@ def hull_of(family: ShipFamily) -> ShipParameters:
 def _delays(family: ShipFamily, own: float, limit: float, T: float, period: float) -> Delays:
     """The true delays of an actuator.
 
-    Args:
-        limit: Its largest force or moment.
-        T: Unit of time, s.
-        period: Of the plant, s, to which dead times are rounded.
+    `period`: of the plant, s, to which dead times are rounded.
     """
     full = own * family.time_to_full * T
     dead = own * family.dead_time * T

@@ -55,12 +55,8 @@ def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) ->
 
         B(α/2; k, n - k + 1)   and   B(1 - α/2; k + 1, n - k),   α = 1 - confidence
 
-    so that for every true probability the interval misses it in at most α of all campaigns.
-
-    Args:
-        failures: k, from 0 to n.
-        runs: n; for 0 the interval is [0, 1].
-        confidence: Probability with which the interval contains the true probability, at least.
+    so that for every true probability the interval misses it in at most α of all campaigns. `runs`: n; for 0 the interval is
+    [0, 1].
 
     Returns:
         The interval, within [0, 1].
@@ -76,11 +72,6 @@ def at_most(failures: int, runs: int, confidence: float = CONFIDENCE) -> float:
 
     Without a failure it is 1 - (1 - confidence)^(1/n), about 3/n at 95 %.
 
-    Args:
-        failures: Number of failures, k.
-        runs: Number of runs, n.
-        confidence: Probability with which the true probability is not above the bound, at least.
-
     Returns:
         The bound, from 0 to 1; 1 without a run.
     """
@@ -91,12 +82,8 @@ def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Qua
     """A quantile with bounds that are order statistics of the sample.
 
     The number N of values below the quantile q is binomial (n, share). The l-th and the u-th smallest value enclose q with at
-    least the confidence if P(N < l) and P(N >= u) are at most α/2 each.
-
-    Args:
-        values: The sample, (n,); infinite for a run that has no value because it ended early.
-        share: Share of the distribution below the quantile, between 0 and 1.
-        confidence: Probability with which the bounds enclose the quantile, at least.
+    least the confidence if P(N < l) and P(N >= u) are at most α/2 each. `values`: the sample, (n,); infinite for a run that has
+    no value because it ended early.
 
     Returns:
         The smallest value that at least this share of the sample does not exceed, and the bounds; a bound for which the sample
@@ -119,9 +106,8 @@ def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Qua
 def paired(first: Array, second: Array) -> Paired:
     """Compare two laws draw by draw: the sign test with an exact interval, and the median ratio.
 
-    Args:
-        first: A metric of the first law, (n,); smaller is better, infinite for a run that ended early.
-        second: The metric of the second law on the same draws, (n,).
+    `first`: a metric of the first law, (n,); smaller is better, infinite for a run that ended early. `second`: the metric of
+    the second law on the same draws, (n,).
     """
     better, worse = int(np.sum(first < second)), int(np.sum(first > second))
     comparable = np.isfinite(first) & np.isfinite(second) & (second > 0.0)
@@ -132,9 +118,8 @@ def paired(first: Array, second: Array) -> Paired:
 def exceedance(values: Array, points: int = 400) -> tuple[Array, Array, Array, Array]:
     """The share of runs above each value, with pointwise confidence bounds.
 
-    Args:
-        values: The sample, (n,); infinite for a run that ended early, which is above every value.
-        points: Largest number of values of the curve; they are denser towards the largest, where single runs count.
+    `values`: the sample, (n,); infinite for a run that ended early, which is above every value. `points`: largest number of
+    values of the curve; they are denser towards the largest, where single runs count.
 
     Returns:
         Finite values in increasing order, the share of the runs above each, and its lower and upper bound, (m,) each.

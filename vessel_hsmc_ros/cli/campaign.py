@@ -80,12 +80,7 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
 
 
 class Pace:
-    """Rate of the runs and the time left, from the runs of the last half minute.
-
-    Args:
-        title: What is in progress.
-        update: Of a progress bar.
-    """
+    """Rate of the runs and the time left, from the runs of the last half minute."""
 
     def __init__(self, title: str, update: Callable[..., None]) -> None:
         self._title, self._update = title, update

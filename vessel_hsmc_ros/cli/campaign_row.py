@@ -33,8 +33,7 @@ def campaign_row_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def of_row(scenario: str | None, folder: Path | None, number: int | None, changed: bool) -> Row | None:
     """The row that the options select; None where they are not given.
 
-    Args:
-        changed: Whether other options would change the run.
+    `changed`: whether other options would change the run.
 
     Raises:
         click.UsageError: neither a scenario nor a row is selected, or more than a row.

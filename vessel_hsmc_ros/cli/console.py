@@ -48,13 +48,9 @@ def print_table(
 ) -> None:
     """Print a table: columns of text on the left, columns of numbers on the right.
 
-    In a narrow terminal the text is wrapped, and columns of numbers that do not fit follow in a further table.
-
-    Args:
-        head: Names of the columns; no header is printed if all are empty. A name is broken at its spaces.
-        rows: The cells of each row, which may contain Rich markup such as `[red]miss[/]`.
-        text_columns: How many of the columns hold text.
-        console: Where to print; standard output by default.
+    In a narrow terminal the text is wrapped, and columns of numbers that do not fit follow in a further table. `head`: names of
+    the columns; no header is printed if all are empty. A name is broken at its spaces. `rows`: the cells of each row, which may
+    contain Rich markup such as `[red]miss[/]`.
     """
     console = console or Console()
     lines: list[Sequence[str]] = [[name.replace(" ", "\n") for name in head], *rows]
@@ -99,8 +95,7 @@ def _fitting(lines: Sequence[Sequence[str]], text_columns: int, console: Console
 def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[Callable[..., None]]:
     """Show a progress bar on standard error; where that is no terminal, or one without cursor control, print lines instead.
 
-    Args:
-        total: The amount at which it is complete; None for an open end.
+    `total`: the amount at which it is complete; None for an open end.
 
     Yields:
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,

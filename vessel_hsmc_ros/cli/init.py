@@ -117,11 +117,7 @@ def _of_data(name: str, given: dict[str, float], fixed: tuple[str, ...]) -> str:
 def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool) -> str:
     """The scenario of a vessel of the library or of a file.
 
-    Args:
-        vessel: Its name or path.
-        path: The scenario to be written, from which a relative path to the vessel starts.
-        given: Main data from the command line.
-        thrusters: Drive the ship by its thrusters.
+    `vessel`: its name or path. `path`: the scenario to be written, from which a relative path to the vessel starts.
 
     Raises:
         ParameterError: a datum cannot be changed beside a vessel, or is out of range.

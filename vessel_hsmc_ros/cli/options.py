@@ -125,9 +125,7 @@ def file_option(help_text: str) -> Callable[[Callable[..., Any]], Callable[..., 
 def refuse_without(needed: str, *names: str) -> None:
     """Refuse options of the verb that runs, which are given without what they go with, and so would have no effect.
 
-    Args:
-        needed: What they go with, such as `--live`.
-        names: Their names, as the verb takes them.
+    `needed`: what they go with, such as `--live`.
 
     Raises:
         click.UsageError: one of them is given.
@@ -185,10 +183,7 @@ def checked_namespace(namespace: str) -> str:
 def load_checked(name: str, changes: Mapping[str, object], varied: bool = False) -> Scenario:
     """Load a scenario, and print a warning for each thing in it that is probably not what was meant.
 
-    Args:
-        name: As `load_scenario`.
-        changes: As `load_scenario`.
-        varied: Whether its runs vary further parameters, which may give effect to settings that have none in the scenario.
+    `varied`: whether its runs vary further parameters, which may give effect to settings that have none in the scenario.
 
     Raises:
         ScenarioError, ParameterError: as `load_scenario`.
@@ -202,9 +197,6 @@ def load_checked(name: str, changes: Mapping[str, object], varied: bool = False)
 
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
     """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
-
-    Args:
-        option: The command-line option they belong to, for error messages.
 
     Returns:
         Values by `node.param`.

@@ -49,8 +49,7 @@ def _what_remains(bag: Path) -> str:
 def print_metrics(runs: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:
     """Print the metrics of runs side by side.
 
-    Args:
-        runs: For each run its name and its metrics, each a label and a value with its unit.
+    `runs`: for each run its name and its metrics, each a label and a value with its unit.
     """
     values = [dict(metrics) for _, metrics in runs]
     # A dict keeps the order of first occurrence, and runs may lack some metrics.

@@ -79,11 +79,7 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spacing: float) -> int:
     """Run a scenario with several vessels and print the result; returns the exit code.
 
-    Args:
-        base: The scenario of the first vessel.
-        output: Where the run folder is created, and whether with a page.
-        namespace: What their namespaces begin with; empty for the default.
-        spacing: Distance in y between two neighbours, m.
+    `namespace`: what their namespaces begin with; empty for the default.
 
     Raises:
         ParameterError: a vessel would start outside the allowed positions.

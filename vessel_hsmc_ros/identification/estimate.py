@@ -83,10 +83,8 @@ def identify(
 ) -> Identified:
     """Estimate hull parameters from recorded runs.
 
-    Args:
-        start: Values of the parameters that are not estimated; None for zero.
-        window: Length of the windows of output-error refinement and of prediction, s.
-        progress: Called as the work goes on.
+    `start`: values of the parameters that are not estimated; None for zero. `window`: length of the windows of output-error
+    refinement and of prediction, s.
 
     Raises:
         IdentificationError: the runs are too short, not excited, or not those of a ship.
@@ -317,10 +315,8 @@ MOST_RISE = 9.0
 def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple[Shooting, Array, dict[str, str]]:
     """Hold each parameter whose standard error exceeds its value at its start value, or zero: the least certain first.
 
-    Args:
-        shooting: The residuals as a function of all parameters.
-        vector: Their estimates, (p,).
-        needed: Names of those that are never held.
+    `shooting`: the residuals as a function of all parameters. `vector`: their estimates, (p,). `needed`: names of those that
+    are never held.
 
     Returns:
         The residuals as a function of the remaining parameters, their estimates, and the reasons for the others by name.
@@ -352,10 +348,8 @@ def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple
 def holding(shooting: Shooting, vector: Array, jacobian: Array, held: Mapping[str, str]) -> tuple[Shooting, Array]:
     """The residuals with some parameters held at their start values, or zero, and the estimates of the others, moved along.
 
-    Args:
-        shooting, vector: The residuals, and the estimates of their parameters, (p,).
-        jacobian: Derivatives of the residuals, (w, k + 1, 6, p).
-        held: What is to be held, by name.
+    `shooting`, `vector`: the residuals, and the estimates of their parameters, (p,). `jacobian`: derivatives of the residuals,
+    (w, k + 1, 6, p). `held`: what is to be held, by name.
     """
     names, fixed = shooting.unknowns.names, shooting.unknowns.fixed
     stays = np.array([name not in held for name in names])

@@ -87,11 +87,6 @@ def starts(steps: Sequence[Step]) -> list[float]:
 def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Sequence[Step]) -> str:
     """Write the scenario that commands the manoeuvres.
 
-    Args:
-        name, about: Name of the scenario, and of which ship, for the headline.
-        vessel: The section `vessel` of the file, indented.
-        scale: The units of the ship.
-
     Returns:
         A commented ROS parameters file.
     """

@@ -47,9 +47,7 @@ timing of the wrench, and what to sail."""
 def checked(run: Measurements, window: float = 0.0) -> Measurements:
     """The run itself, if it can be used.
 
-    Args:
-        run: What was measured.
-        window: Its shortest duration, s.
+    `window`: its shortest duration, s.
 
     Raises:
         IdentificationError: too few samples, times that do not increase, gaps, or numbers that are not finite.
@@ -88,11 +86,7 @@ def reversals(force: Array) -> int:
 
 
 def few_reversals(runs: Sequence[Measurements], names: Collection[str]) -> list[str]:
-    """A sentence about each estimated inertia behind which there are too few reversals, and what to sail.
-
-    Args:
-        runs: What was measured.
-    """
+    """A sentence about each estimated inertia behind which there are too few reversals, and what to sail."""
     found = []
     for name, (column, force, needed, remedy) in EXCITED_BY.items():
         sway = name == "sway_inertia" and any(np.any(run.wrench[:, 1]) for run in runs)
@@ -131,11 +125,6 @@ def from_run(run: Run, name: str = "run") -> Measurements:
 
 def from_bag(path: Path | str, namespace: str | None = None, odometry: str = "", wrench: str = "") -> Measurements:
     """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps.
-
-    Args:
-        path: A bag or a run folder.
-        namespace: Of the vessel, where the bag has several.
-        odometry, wrench: Topics of them, where they are not found by name or type.
 
     Raises:
         BagError: the bag cannot be read, or has no such vessel.
@@ -207,10 +196,7 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     """A CSV file with columns for time, pose and wrench, and optionally for the velocities.
 
     The columns are time, x, y, heading or heading_deg; u, v, r where measured; surge_force, sway_force, yaw_moment, else zero.
-
-    Args:
-        path: The file; its first row has the names.
-        columns: The file's name of each of these columns, where it differs.
+    `columns`: the file's name of each of these columns, where it differs.
 
     Raises:
         IdentificationError: a column is missing, or the samples do not serve.

@@ -56,12 +56,7 @@ def explanations(found: Identified, held_out: Sequence[HeldOut]) -> list[str]:
 
 
 def render(name: str, runs: Sequence[Measurements], found: Identified, held_out: Sequence[HeldOut]) -> str:
-    """The page, with everything in it.
-
-    Args:
-        runs: The runs that the identification has used.
-        held_out: Runs that it has not used.
-    """
+    """The page, with everything in it."""
     sections = [
         Section(ERRORS_TITLE, WINDOWS_TEXT, head=ERRORS_HEAD, lines=errors_table(runs, found, held_out)),
         Section("Parameters", head=PARAMETERS_HEAD, lines=parameters_table(found), prose=True),
@@ -184,8 +179,7 @@ def _lines(panel: "Axes", x: Array, y: Array, simulated_x: Array, simulated_y: A
 def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
     """Residuals of all measured states over time, one run after the other, with twice their standard deviation, as PNG.
 
-    Args:
-        times: Time of each run, (n,), s.
+    `times`: time of each run, (n,), s.
     """
 
     def draw(picture: Any) -> None:
@@ -243,10 +237,8 @@ def vessel_text(
 ) -> str:
     """Write a vessel file in the format of the library.
 
-    Args:
-        runs: The runs that it has used.
-        known: What is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
-        errors: Root mean square prediction errors on held-out runs, with their units; empty without.
+    `known`: what is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
+    `errors`: root mean square prediction errors on held-out runs, with their units; empty without.
 
     Raises:
         ParameterError: length or beam is not known.
@@ -287,12 +279,7 @@ def is_identified(path: Path) -> bool:
 
 
 def known_of(values: Mapping[str, object], estimated: Mapping[str, float]) -> dict[str, object]:
-    """What a start vessel states beyond the estimates, nested as in a vessel file.
-
-    Args:
-        values: Its values by their dotted names in a scenario, `vessel.length`.
-        estimated: Hull parameters that come from the identification instead.
-    """
+    """What a start vessel states beyond the estimates, nested as in a vessel file."""
     replaced = {*estimated, "surge_speed_range", "sway_speed_range", "yaw_rate_range", "name"}
     own = {name.removeprefix(PREFIX): value for name, value in values.items() if name.startswith(PREFIX)}
     return tree({name: value for name, value in own.items() if name not in replaced})

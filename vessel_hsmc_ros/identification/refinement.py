@@ -142,11 +142,8 @@ def _derivatives(parts: Sequence[Array]) -> Array:
 def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, tolerance: float = 1e-7) -> Array:
     """Minimise the weighted residuals within the bounds, from a start.
 
-    Args:
-        shooting: The residuals; its initial states are the best ones afterwards.
-        start: Parameters, (p,).
-        progress: Called with the number of each iteration.
-        tolerance: Relative change of the sum of squares at which it ends.
+    `shooting`: the residuals; its initial states are the best ones afterwards. `tolerance`: relative change of the sum of
+    squares at which it ends.
 
     Returns:
         Parameters, (p,).

@@ -66,11 +66,7 @@ def towards(x: float, y: float, unit: str) -> str:
 def steady_load(values: Mapping[str, float], run: Measurements, window: float, inputs: Mapping[str, float]) -> SteadyLoad:
     """Find the steady force or the steady current with which a run is predicted best, whichever predicts it better.
 
-    Args:
-        values: Hull parameters by their names.
-        run: The run, which the values were not estimated from.
-        window: Length of a window, s.
-        inputs: Input gains and offsets that were identified.
+    `run`: the run, which the values were not estimated from.
 
     Raises:
         IdentificationError: the run is shorter than a window.
@@ -93,13 +89,7 @@ def steady_load(values: Mapping[str, float], run: Measurements, window: float, i
 
 
 def _fitted(kind: str, predicted: Callable[[float, float], Prediction], probe: float, plain: Prediction) -> SteadyLoad:
-    """The load of one kind that predicts best.
-
-    Args:
-        predicted: The prediction by the components of the load.
-        probe: Load of the finite differences.
-        plain: The prediction without a load.
-    """
+    """The load of one kind that predicts best."""
     error = plain.rms()["position"]
     best, there = SteadyLoad(kind, 0.0, 0.0, error, error), plain
     for _ in range(ITERATIONS):

@@ -170,9 +170,8 @@ DELAY = "wrench_delay"
 def model(names: str | Sequence[str], inputs: Sequence[str] = ()) -> Model:
     """The parameters to estimate, by the name of a model or one by one.
 
-    Args:
-        names: `paper`, `linear`, `coupled`, or names of hull parameters.
-        inputs: Names of input gains and offsets, GAINS and OFFSETS.
+    `names`: `paper`, `linear`, `coupled`, or names of hull parameters. `inputs`: names of input gains and offsets, GAINS and
+    OFFSETS.
 
     Raises:
         ParameterError: a name is unknown.

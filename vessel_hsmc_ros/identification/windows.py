@@ -54,8 +54,7 @@ class Windows(NamedTuple):
     def delayed(self, delay: float) -> Array:
         """The mean wrench from each sample to the next, (w, k, 3), if it acts later than it is recorded.
 
-        Args:
-            delay: By how much, s. A force that is sampled while it changes, instead of held, has half an interval less than 0.
+        `delay`: by how much, s. A force that is sampled while it changes, instead of held, has half an interval less than 0.
         """
         if delay == 0.0:
             return self.wrench
@@ -67,9 +66,7 @@ class Windows(NamedTuple):
 def windows(runs: Sequence[Measurements], length: float, exact: bool = False) -> Windows:
     """Cut runs into windows of about one length.
 
-    Args:
-        length: Of a window, s.
-        exact: Exactly this length, without what is left at the end of a run, instead of equal parts.
+    `exact`: exactly this length, without what is left at the end of a run, instead of equal parts.
     """
     edges, index, at = [], [], 0
     for number, run in enumerate(runs):
@@ -130,7 +127,6 @@ def simulated(
 
     Args:
         starts: State at the first sample of each, (w, 6).
-        vessel: Coefficients of the ship.
         gains: Factors on surge force, sway force and yaw moment, (3,).
         offsets: Steady forces in the earth-fixed frame and yaw moment, (3,).
         delay: By how much the wrench acts later than it is recorded, s.
@@ -162,11 +158,8 @@ def simulate_windows(
 ) -> None:
     """`simulated` into an array; the wrench is constant from each sample to the next.
 
-    Args:
-        times, wrench, steps: As in `Windows`.
-        starts, vessel, gains, offsets: As in `simulated`.
-        flow: Current of each window, (w, 2).
-        states: Array for the result, (w, k, 6).
+    `times`, `wrench`, `steps`: as in `Windows`. `starts`, `vessel`, `gains`, `offsets`: as in `simulated`. `flow`: current of
+    each window, (w, 2). `states`: array for the result, (w, k, 6).
     """
     for window in range(len(starts)):
         first = starts[window].tolist()
@@ -184,9 +177,7 @@ def simulate_windows(
 def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tuple[float, float, float]:
     """The wrench on the hull: the recorded one times its gains, and the steady forces in the body frame.
 
-    Args:
-        wrench: (3,).
-        gains, offsets: As in `simulated`.
+    `wrench`: (3,). `gains`, `offsets`: as in `simulated`.
     """
     c, s = math.cos(psi), math.sin(psi)
     return (
@@ -223,12 +214,8 @@ def predict(
 ) -> Prediction:
     """Predict a run window by window, each from the smoothed state at its start.
 
-    Args:
-        values: Hull parameters by their names; those that are missing are zero.
-        measurements: The run, best one that the values were not estimated from.
-        window: Length of a window, s; what is left at the end of the run is not predicted.
-        inputs: Input gains and offsets; None for gains of one and offsets of zero.
-        current: Steady current of the run along x and y, over ground, m/s.
+    `values`: hull parameters by their names; those that are missing are zero. `measurements`: the run, best one that the values
+    were not estimated from. `current`: steady current of the run along x and y, over ground, m/s.
 
     Raises:
         IdentificationError: the run is shorter than a window.

@@ -55,8 +55,7 @@ class Track(NamedTuple):
 def track_of(run: Run, scenario: Scenario) -> Track:
     """The track of a simulated manoeuvre.
 
-    Args:
-        run: The run, whose plant and law have the same rate.
+    `run`: the run, whose plant and law have the same rate.
     """
     settings = scenario.controller.manoeuvre
     begin = round(settings.approach_time * scenario.controller.rate_hz)

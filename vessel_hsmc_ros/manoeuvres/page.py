@@ -57,9 +57,7 @@ def write_csv(path: Path, results: Results) -> None:
 def render(results: Results, scenarios: Path) -> str:
     """Render the HTML text of the page.
 
-    Args:
-        results: The manoeuvres of a ship.
-        scenarios: The folder of their scenarios, for the command that runs one over the nodes.
+    `scenarios`: the folder of their scenarios, for the command that runs one over the nodes.
     """
     ship, lines = results.ship, rows(results)
     figures = {name: drawn for name, done in results.manoeuvres.items() if (drawn := figure(done))}

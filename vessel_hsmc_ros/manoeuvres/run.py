@@ -97,9 +97,7 @@ def rate(ship: Ship, plan: Plan) -> float:
 def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starboard") -> Scenario:
     """The scenario of a manoeuvre.
 
-    Args:
-        stretch: Factor of the estimated durations.
-        side: Side of the first turn.
+    `stretch`: factor of the estimated durations.
     """
     plan = PLANS[name](ship)
     approach, rate_hz = approach_time(ship, name), rate(ship, plan)
@@ -196,11 +194,7 @@ def run(
 
 
 def perform(ship: Ship, name: str, side: str = "starboard") -> Manoeuvre:
-    """Simulate a manoeuvre until it is complete, at most for the last of STRETCHES times the estimated duration.
-
-    Args:
-        side: Side of the first turn.
-    """
+    """Simulate a manoeuvre until it is complete, at most for the last of STRETCHES times the estimated duration."""
     for stretch in STRETCHES[:-1]:
         done = _once(scenario_of(ship, name, stretch, side), name)
         if done.complete or done.failure:

@@ -102,8 +102,7 @@ def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) ->
 def in_still_water(name: str, ship: Mapping[str, object]) -> Scenario:
     """A scenario with a ship at rest in still water, which follows no reference.
 
-    Args:
-        ship: The parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes.
+    `ship`: the parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes.
 
     Raises:
         ScenarioError, ParameterError: as `load_scenario`.

@@ -36,10 +36,7 @@ Array = NDArray[np.float64]
 def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[Path]:
     """Draw the track and one figure for each group of panels.
 
-    Args:
-        records: At least one run.
-        directory: Created if it does not exist.
-        kind: png or svg.
+    `records`: at least one run. `directory`: created if it does not exist.
 
     Returns:
         The files.
@@ -104,10 +101,8 @@ def track(records: Sequence[Record]) -> Figure:
 def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark] = ()) -> Figure:
     """Draw the panels of a group below each other, with a common time axis.
 
-    Args:
-        found: Its panels, from top to bottom.
-        alone: Whether there is a single run: lines are then coloured by their role, else by their run.
-        marks: Events, drawn as vertical lines.
+    `found`: its panels, from top to bottom. `alone`: whether there is a single run: lines are then coloured by their role, else
+    by their run.
     """
     height = 0.8 + 1.8 * len(found)
     figure = Figure(figsize=(8.0, height))
@@ -160,9 +155,7 @@ def _colour(run: int | None, role: str, alone: bool) -> str:
 def _limits(axis: Axes, limits: Sequence[Limit], largest: float, factor: float) -> None:
     """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines.
 
-    Args:
-        largest: Largest magnitude of the shown values, SI.
-        factor: From SI to the unit of the axis.
+    `largest`: largest magnitude of the shown values, SI. `factor`: from SI to the unit of the axis.
     """
     for i, limit in enumerate(limits):
         if limit.value <= 4.0 * largest:

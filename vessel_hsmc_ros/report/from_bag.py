@@ -43,10 +43,7 @@ DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
 def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] | None = None) -> Record:
     """Read the record of one vessel's run.
 
-    Args:
-        path: The bag's folder or file, or the run folder.
-        namespace: ROS namespace of the vessel, where the bag has several.
-        origin: Further provenance of the run, by its keys in run.json.
+    `origin`: further provenance of the run, by its keys in run.json.
 
     Raises:
         BagError: the bag cannot be read or has no odometry.
@@ -57,10 +54,6 @@ def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] |
 
 def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) -> Record:
     """Read the record of one vessel of an opened bag.
-
-    Args:
-        prefix: The vessel's namespace, with its slashes.
-        origin: Further provenance of the run, by its keys in run.json.
 
     Raises:
         BagError: the bag has no odometry of the vessel.
@@ -82,9 +75,6 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
 
 def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
     """Read the records of all vessels of a bag, named by their namespaces.
-
-    Args:
-        origin: Further provenance of the run, by its keys in run.json.
 
     Raises:
         BagError: a vessel has no odometry.
@@ -125,9 +115,7 @@ def _origin(bag: Bag, known: Mapping[str, Any]) -> dict[str, Any]:
 def _with_commands(run: Run, topics: run_from_bag.Topics, start: int) -> Run:
     """Add the commanded wrench to the terms of the law, held at their times.
 
-    Args:
-        run: The run without it.
-        start: Stamp at which the time of the run is zero, ns.
+    `start`: stamp at which the time of the run is zero, ns.
     """
     commands = topics.get("cmd_wrench")
     if commands is None:
@@ -157,9 +145,7 @@ def _marks(events: Sequence[Event]) -> tuple[Mark, ...]:
 def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mark], start: int) -> PlannedTrack | None:
     """The planned legs of a run, from its scenario and from the paths that were set by messages.
 
-    Args:
-        prefix: The vessel's namespace, with its slashes.
-        start: Stamp at which the time of the run is zero, ns.
+    `start`: stamp at which the time of the run is zero, ns.
     """
     if not has_legs(scenario) or not bag.readable(f"{prefix}reference"):
         return None

@@ -43,11 +43,8 @@ _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other",
 def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None = None, notes: Sequence[str] = ()) -> None:
     """Write the page of some runs.
 
-    Args:
-        path: The HTML file.
-        records: At least one run; the others are compared with the first.
-        hull: Dimensions of the ship that is drawn; None for those of the first run's scenario.
-        notes: Paragraphs below the headline.
+    `records`: at least one run; the others are compared with the first. `hull`: dimensions of the ship that is drawn; None for
+    those of the first run's scenario. `notes`: paragraphs below the headline.
 
     Raises:
         ReportError: the file cannot be written.

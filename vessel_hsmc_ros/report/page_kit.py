@@ -54,12 +54,9 @@ class Section(NamedTuple):
 def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence[str], content: Any = None, **values: Any) -> str:
     """Render the HTML text of a page that extends `report/base.html`.
 
-    Args:
-        template: The room and the file of its template, such as `report/page.html`.
-        about: Lines below the headline.
-        scripts: The files of its scripts, those of another room as `room/file`.
-        content: What the scripts find as JSON in the element `content`; None for a page without diagrams.
-        values: What else the template needs.
+    `template`: the room and the file of its template, such as `report/page.html`. `scripts`: the files of its scripts, those of
+    another room as `room/file`. `content`: what the scripts find as JSON in the element `content`; None for a page without
+    diagrams.
     """
     return (
         _environment()
@@ -81,9 +78,7 @@ def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence
 def render_sections(title: str, about: Sequence[str], sections: Sequence[Section], findings: Sequence[str] = ()) -> str:
     """Render a page of pictures and tables.
 
-    Args:
-        about: Lines below the headline.
-        findings: Sentences that stand before them: verdicts, warnings.
+    `findings`: sentences that stand before them: verdicts, warnings.
     """
     return render("report/sections.html", title, about, scripts=("theme.js", "static.js"), sections=sections, findings=findings)
 

@@ -35,12 +35,7 @@ class Buckets(NamedTuple):
 
 
 def buckets(samples: int, limit: int) -> Buckets:
-    """Choose the smallest buckets that reduce samples to at most `limit` values, two for each bucket.
-
-    Args:
-        samples: Number of samples, at least 1.
-        limit: Largest number of values, at least 2.
-    """
+    """Choose the smallest buckets that reduce samples to at most `limit` values, two for each bucket."""
     return Buckets(samples, 1 if samples <= limit else -(-samples // (limit // 2)))
 
 
@@ -57,11 +52,7 @@ def thin_time(time: Array, chosen: Buckets) -> Array:
 def thin(values: Array, chosen: Buckets) -> Array:
     """Minimum and maximum of each bucket in the order in which they occur, (2 m,); all values for buckets of one sample.
 
-    NaN is returned only for buckets that contain nothing else.
-
-    Args:
-        values: (n,).
-        chosen: Buckets of n samples.
+    NaN is returned only for buckets that contain nothing else. `values`: (n,).
     """
     if chosen.size == 1:
         return values
@@ -189,8 +180,7 @@ def panels(record: Record) -> list[Panel]:
 def _control(run: Run, names: Sequence[tuple[str, str]]) -> tuple[Line, ...]:
     """Lines of terms of the law, as far as it computes them.
 
-    Args:
-        names: Keys of `Run.control` with their labels, at most three.
+    `names`: keys of `Run.control` with their labels, at most three.
     """
     lines: list[Line] = []
     for key, label in names:

@@ -23,8 +23,7 @@ def packed(text: bytes) -> str:
 class Payload:
     """Collects the arrays of a page, thinned; a time axis that several lines share is stored once.
 
-    Args:
-        limit: Largest number of values of one line.
+    `limit`: largest number of values of one line.
     """
 
     def __init__(self, limit: int) -> None:
@@ -40,9 +39,7 @@ class Payload:
     def add(self, values: Array, kind: str = "f4") -> dict[str, Any]:
         """Add an array.
 
-        Args:
-            values: (n,).
-            kind: NumPy type of the stored numbers.
+        `values`: (n,).
 
         Returns:
             Offset in bytes, count and type, for the page's `unpack`.
@@ -64,9 +61,7 @@ class Payload:
     def poses(self, time: Array, poses: Array) -> dict[str, Any]:
         """Add a track: positions relative to their centre, so that 32 bits are sufficient, and the unwrapped heading.
 
-        Args:
-            time: (n,), s.
-            poses: x, y, psi and more, (n, 3) or wider.
+        `time`: (n,), s. `poses`: x, y, psi and more, (n, 3) or wider.
         """
         picks = np.unique(np.linspace(0, len(time) - 1, min(len(time), TRACK_POINTS)).astype(int))
         x, y, psi = poses[picks, :3].T

@@ -46,8 +46,7 @@ def planned(scenario: Scenario | None, paths: Paths = ()) -> PlannedTrack | None
 def errors_of(run: Run, track: PlannedTrack | None, running: Array) -> TrackErrors | None:
     """Errors against the planned legs and turns; None without any.
 
-    Args:
-        running: Times of its samples since the reference began, without pauses, (n,) s.
+    `running`: times of its samples since the reference began, without pauses, (n,) s.
     """
     return None if track is None else track_errors(track, clock(track, running, run.reference), run.state[:, :2])
 
@@ -174,11 +173,7 @@ def measured(
 ) -> Metrics | None:
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
-    Args:
-        scenario: Its limits and hull; None where they are not known.
-        marks: Its events; the time of pauses does not count.
-        until: End of the evaluated interval, s.
-        track: Its planned legs; those of its scenario if not given.
+    `marks`: its events; the time of pauses does not count. `until`: end of the evaluated interval, s.
 
     Returns:
         None without a reference or any wrench.

@@ -121,8 +121,7 @@ def prepare(task: Task) -> tuple[Scenario, bool]:
 def run_task(task: Task, progress: Callable[[float], None] | None = None) -> LawRun:
     """Simulate and evaluate one law on one row; a simulation that fails is an outcome, not an error.
 
-    Args:
-        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
+    `progress`: called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     scenario, fell_back = prepare(task)
     outcome = LawRun(task.row, task.law, scenario.controller.rate_hz, fell_back)
@@ -137,9 +136,7 @@ def run_task(task: Task, progress: Callable[[float], None] | None = None) -> Law
 def measure(row: Row, run: Run, scenario: Scenario, legs: float = math.inf) -> LawMetrics:
     """Evaluate the metrics of a run over the window of its row.
 
-    Args:
-        scenario: Its scenario, for the limits of the actuators and of the law.
-        legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
+    `legs`: cross-track error on the planned legs, rms, m; infinite where there are none.
     """
     span = run.time[-1] - run.time[0]
     window = run.time >= run.time[0] + WINDOWS[row.over] * span
@@ -171,10 +168,7 @@ def _lines(run: Run) -> Array:
 def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[LawRun], None] | None = None) -> list[LawRun]:
     """Run all tasks in parallel processes.
 
-    Args:
-        tasks: The rows and laws to run.
-        jobs: Number of processes; None for one per core.
-        progress: Called with each outcome as soon as it is known.
+    `jobs`: number of processes; None for one per core.
 
     Returns:
         The outcomes in the order of the tasks.

@@ -249,10 +249,7 @@ def _record(outcome: LawRun) -> dict[str, Any]:
 def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
     """Draw the tracks of all laws with the reference, and their position errors over time.
 
-    Args:
-        row: The case, whose limit is drawn.
-        outcomes: Its runs; those without lines are omitted.
-        path: The PNG file.
+    `row`: the case, whose limit is drawn. `outcomes`: its runs; those without lines are omitted.
     """
     with figure(path, 10.0, 4.6) as picture:
         tracks, errors = picture.subplots(1, 2)

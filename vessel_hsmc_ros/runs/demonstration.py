@@ -54,10 +54,7 @@ class Task(NamedTuple):
 def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], None]) -> RunFolder:
     """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it.
 
-    Args:
-        output: Folder in which a folder for those of the runs is created.
-        progress: Called with the sum of the simulated times.
-        on_result: Called with the result of each run as soon as it has ended; what it raises ends the others.
+    `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others.
 
     Returns:
         The folder that has those of the runs.
@@ -94,9 +91,6 @@ class Comparison(NamedTuple):
 
 def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
     """Write a page that overlays the runs of the demonstration.
-
-    Args:
-        page: The page's file; its figures go beside it.
 
     Raises:
         BagError: a bag cannot be read.

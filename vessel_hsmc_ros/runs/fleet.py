@@ -47,11 +47,6 @@ def reserve_namespaces(fleet: Fleet) -> Iterator[None]:
 def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bool = True) -> FleetResult:
     """Run a fleet by the real nodes over ROS 2 and record it into one bag.
 
-    Args:
-        fleet: The scenarios of its vessels.
-        progress: Called with the simulated time that every vessel has reached.
-        with_page: Whether to write page and figures.
-
     Returns:
         The result; a failed run is a result with a nonzero exit code.
 

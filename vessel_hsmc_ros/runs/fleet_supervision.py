@@ -48,9 +48,7 @@ class Processes:
 def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:
     """Give every node a process; the nodes of a large fleet in lockstep share as many processes as there are cores.
 
-    Args:
-        by_thrusters: Whether thrusters drive the ships, so that their allocations take part.
-        lockstep: Whether the fleet runs in lockstep.
+    `by_thrusters`: whether thrusters drive the ships, so that their allocations take part.
     """
     if len(vessels) <= OWN_PROCESSES or not lockstep:
         return Processes(taking_part(by_thrusters, vessels), {}, {f"{vessel}/{PLANT}": [vessel] for vessel in vessels})
@@ -63,10 +61,7 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Proces
 def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, processes: Processes) -> ExitStatus:
     """Start the nodes of all vessels and a recorder, wait until every plant has ended the run, stop them.
 
-    Args:
-        folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
-        progress: Called with the simulated time that every vessel has reached.
-        processes: How the nodes are spread over processes.
+    `folder`: run folder with the parameters of the nodes; the bag and the logs are written there.
 
     Returns:
         How the run ended; a failure names the node with the namespace of its vessel, and is not raised.

@@ -147,8 +147,7 @@ def shortcomings(scenario: Scenario, found: Study) -> list[str]:
 def _too_slow(name: str, unit: str, need: Need, limit: float, rate: float, loop: Margins) -> list[str]:
     """In what an input is too weak or too slow for the reference.
 
-    Args:
-        limit, rate: Its largest magnitude and rate of change.
+    `limit`, `rate`: its largest magnitude and rate of change.
     """
     lines = []
     if need.size > limit:

@@ -78,8 +78,6 @@ class NodeGroup:
     """The processes of one closed loop; leaving the context stops them all.
 
     Args:
-        parameters: The ROS parameters file of all nodes.
-        logs: Folder for their output.
         namespace: Their namespace, without leading and trailing slashes.
         names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
             such as `vessel_2/controller`.

@@ -63,8 +63,7 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
 def free_domains(count: int) -> Iterator[list[str]]:
     """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones.
 
-    Args:
-        count: How many there are at most; at least there is one.
+    `count`: how many there are at most; at least there is one.
 
     Raises:
         RunError: ROS is not installed, or there is no such domain.
@@ -99,16 +98,9 @@ def run_nodes(
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
-    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made.
-
-    Args:
-        scenario: A resolved scenario; its bag is recorded into the run folder.
-        namespace: Namespace of the nodes, without leading and trailing slashes.
-        progress: Called with the simulated time.
-        live_port: Port of the live view; None for no live view.
-        requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
-        faults: Faults to carry out, checked against the scenario; None for a run without a relay.
-        with_page: Whether to write page and figures.
+    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
+    namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
+    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.
@@ -139,12 +131,6 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     """Run a scenario in this process, without ROS, and write a run folder with its bag.
 
     A run that fails or is interrupted is recorded up to there, but no page and no figures are made.
-
-    Args:
-        scenario: A resolved scenario.
-        parent: Folder in which the run folder is created.
-        progress: Called with the simulated time.
-        with_page: Whether to write page and figures.
 
     Returns:
         The result; a failed run is a result with a nonzero exit code.

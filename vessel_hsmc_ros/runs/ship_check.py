@@ -68,8 +68,7 @@ class ShipCheck(NamedTuple):
 def check_ship(scenario: Scenario) -> ShipCheck:
     """Simulate a run straight ahead, a turning circle, and the scenario itself.
 
-    Args:
-        scenario: One with a circle as reference and limits of the propulsion, as `vessel-hsmc init` writes it.
+    `scenario`: one with a circle as reference and limits of the propulsion, as `vessel-hsmc init` writes it.
 
     Raises:
         ParameterError: the propulsion has no limits.
@@ -103,9 +102,7 @@ def check_ship(scenario: Scenario) -> ShipCheck:
 def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
     """A run in calm water under the full surge force and a constant yaw moment, until the motion is steady.
 
-    Args:
-        scenario: The ship; its law and reference do not matter.
-        yaw_moment: N·m.
+    `yaw_moment`: N·m.
     """
     duration = max(40.0 * scale.T, 8.0 * scale.m11 * scale.U / scale.F)
     changes = CALM | {

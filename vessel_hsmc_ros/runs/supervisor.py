@@ -183,9 +183,7 @@ class Interrupts:
 def after_shutdown(status: ExitStatus, failed: NodeProcess | None, bag: Path) -> ExitStatus:
     """How a run ended whose nodes have shut down, its bag complete.
 
-    Args:
-        failed: A node that has failed; one may do so after the plant has ended the run.
-        bag: The bag, which is repaired where the recorder was killed.
+    `failed`: a node that has failed; one may do so after the plant has ended the run.
     """
     if not status.failure and failed:
         status = ExitStatus(1, failed.describe_exit())
@@ -200,9 +198,7 @@ def after_shutdown(status: ExitStatus, failed: NodeProcess | None, bag: Path) ->
 def silence(heard_at: Mapping[str, float], limit: float) -> str:
     """The nodes without diagnostics for longer than a limit, as the end of an error message.
 
-    Args:
-        heard_at: Times of the latest diagnostics of the nodes that should have some, on the monotonic clock, s.
-        limit: The limit, s.
+    `heard_at`: times of the latest diagnostics of the nodes that should have some, on the monotonic clock, s.
     """
     now = time.monotonic()
     latest = min(max(heard_at.values(), default=now), now)
@@ -220,12 +216,9 @@ def _named(silent: Mapping[str, float]) -> str:
 def silent_after(listener: StatusListener, names: Collection[str], limit: float) -> str:
     """The nodes that report nothing any more after another has ended, as the end of an error message.
 
-    A node that gave up waiting names itself; the one that it waited for is the likely cause. It may have reported just before it
-    hung, or never: so this listens until every node has reported again, or for the limit.
-
-    Args:
-        listener: Hears the diagnostics.
-        limit: The limit, s; longer than the period of diagnostics.
+    A node that gave up waiting names itself; the one that it waited for is the likely cause. It may have reported just before
+    it hung, or never: so this listens until every node has reported again, or for the limit. `limit`: the limit, s; longer than
+    the period of diagnostics.
     """
     failed_at = time.monotonic()
     quiet = {*names}
@@ -250,13 +243,8 @@ def supervise(
 ) -> ExitStatus:
     """Start the nodes, wait until the plant ends the run, stop them.
 
-    Args:
-        folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
-        scenario: What they run.
-        namespace: Namespace of the nodes, without leading and trailing slashes.
-        progress: Called with the simulated time in the diagnostics of the plant.
-        live_port: Port of the live view; None for no live view.
-        injection: The scripted faults of the run; None for none.
+    `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. `namespace`: namespace of the
+    nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
 
     Returns:
         How the run ended; a failure is not raised.
@@ -288,9 +276,7 @@ def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> 
 def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
     """A context in which the nodes of the live view run; ready when it is entered; their failure does not affect the run.
 
-    Args:
-        live_port: Port of the live view; None for no live view.
-        interrupts: An interrupt ends the wait for the port.
+    `interrupts`: an interrupt ends the wait for the port.
     """
     if live_port is None:
         yield
@@ -321,10 +307,7 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
     """A context in which no other run on this machine uses the ROS domain and namespace, so that nodes do not mix.
 
     In lockstep the plant publishes /clock, which has no namespace: one such run excludes all others of its domain. Of several
-    runs that start at the same instant exactly one gets the lock.
-
-    Args:
-        domain: The ROS domain; by default that of this process.
+    runs that start at the same instant exactly one gets the lock. `domain`: the ROS domain; by default that of this process.
 
     Raises:
         RunError: another run uses them.

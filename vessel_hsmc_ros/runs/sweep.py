@@ -141,8 +141,7 @@ def points(
 def run_point(point: Point, progress: Callable[[float], None] | None = None) -> Outcome:
     """Simulate and evaluate one point; a run that is unstable or fails is an outcome, not an error.
 
-    Args:
-        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
+    `progress`: called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     try:
         found = batch.simulate_one(load_scenario(point.scenario, point.changes), progress=progress)

@@ -52,11 +52,6 @@ def notes(axes: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[str]:
 def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> dict[str, Path]:
     """Write sweep.csv with all metrics, sweep.json, sweep.png and sweep.html; returns their paths by kind.
 
-    Args:
-        folder: An existing folder.
-        axes: The swept parameters.
-        metrics: The metrics of the picture and of the table in the page.
-
     Raises:
         ReportError: a file cannot be written.
     """
@@ -125,11 +120,8 @@ def shown(value: object) -> str:
 def draw(path: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> None:
     """Draw the metrics of all runs.
 
-    Args:
-        path: The PNG file.
-        axes: The swept parameters, one or two.
-        outcomes: The runs, in the order of `sweep.points`.
-        metrics: The metrics to draw; with two parameters each law has a row of heat maps.
+    `axes`: the swept parameters, one or two. `metrics`: the metrics to draw; with two parameters each law has a row of heat
+    maps.
     """
     laws = list(dict.fromkeys(outcome.point.law for outcome in outcomes))
     rows, columns = (len(metrics), 1) if len(axes) == 1 else (len(laws), len(metrics))

@@ -75,11 +75,8 @@ class Verification:
 def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpreted: bool = False) -> Verification:
     """Recompute every command of a recorded lockstep run.
 
-    Args:
-        bag: A bag with `odom`, `reference` and `cmd_wrench`.
-        scenario: The bag's own scenario, or a modified one to see the difference.
-        namespace: Namespace of the vessel, if the bag holds several.
-        interpreted: Run the plain Python text, also where it could be compiled; the numbers are the same.
+    `bag`: a bag with `odom`, `reference` and `cmd_wrench`. `scenario`: the bag's own scenario, or a modified one to see the
+    difference. `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same.
 
     Returns:
         The recorded and the recomputed commands.
@@ -232,10 +229,7 @@ class Rerun:
 def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output: Path) -> Rerun:
     """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
 
-    Args:
-        changes: Values by `node.parameter`.
-        namespace: ROS namespace of the vessel, where the bag has several.
-        output: Where to create the run folder.
+    `changes`: values by `node.parameter`.
 
     Returns:
         The comparison of the recorded run with its repetition.

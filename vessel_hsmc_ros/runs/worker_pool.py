@@ -82,12 +82,9 @@ def stream(
 ) -> None:
     """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run.
 
-    Args:
-        function: As in `run_all`; its callback only cancels it after an error or an interrupt.
-        tasks: Its arguments; an iterator makes each when its turn comes.
-        workers: Number of tasks at a time; one per available core by default.
-        threads: Run in threads instead of processes, for functions that spend their time outside of the interpreter.
-        on_result: Called with each result as soon as it is available.
+    `function`: as in `run_all`; its callback only cancels it after an error or an interrupt. `tasks`: its arguments; an
+    iterator makes each when its turn comes. `workers`: number of tasks at a time; one per available core by default. `threads`:
+    run in threads instead of processes, for functions that spend their time outside of the interpreter.
     """
     workers = workers or len(os.sched_getaffinity(0))
     if workers <= 1:

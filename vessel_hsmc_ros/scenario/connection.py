@@ -49,12 +49,7 @@ UNKNOWN = {"vessel.length": 1.0, "vessel.surge_inertia": math.nan, "vessel.yaw_i
 
 
 def values_of(stack: Interface | None, read: Values) -> dict[str, dict[str, Any]]:
-    """The parameters of the nodes of a connection: as read from them, else those of the stack, else the defaults.
-
-    Args:
-        stack: The interface of the stack, if one is given.
-        read: Parameters of running or recorded nodes.
-    """
+    """The parameters of the nodes of a connection: as read from them, else those of the stack, else the defaults."""
     given: Values = stack.parameters if stack else {}
     nodes = dict.fromkeys(("controller", *(stack.nodes if stack else ()), *read))
     found: dict[str, dict[str, Any]] = {}
@@ -67,12 +62,7 @@ def values_of(stack: Interface | None, read: Values) -> dict[str, dict[str, Any]
 
 
 def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
-    """The connection that nodes with some parameters need.
-
-    Args:
-        names: Names of topics that differ from those of the nodes.
-        observed: Further attributes of the connection.
-    """
+    """The connection that nodes with some parameters need."""
     p = values["controller"]
     roles = [*_state(p, names), *_sensors(values, names)]
     commanded = _name(names, "controller", "cmd_wrench")

@@ -38,9 +38,7 @@ def make_control_loop(
 ) -> ControlLoop:
     """Make the control loop of a controller.
 
-    Args:
-        law: A law in the place of the one that the parameters select.
-        supervised: Whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
+    `supervised`: whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
 
     Raises:
         ParameterError: as `make_law`.

@@ -18,10 +18,6 @@ MOST_FAULTS = 1000
 def parse_script(text: str, source: str) -> FaultScript:
     """Make a script from its text.
 
-    Args:
-        text: The content of the file.
-        source: Where it comes from, for error messages.
-
     Raises:
         ScenarioError: the text is not a fault script.
         ParameterError: a setting is unknown, missing or out of range.
@@ -43,10 +39,7 @@ def parse_script(text: str, source: str) -> FaultScript:
 def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
     """The script in the section `faults` of a scenario; None if it has none.
 
-    Args:
-        text: The content of its file.
-        seed: The seed of the scenario, which is that of the faults too.
-        source: Where the text comes from, for error messages.
+    `seed`: the seed of the scenario, which is that of the faults too.
 
     Raises:
         ScenarioError: the section is not a list of faults.

@@ -53,12 +53,8 @@ class Fleet:
 def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: float = SPACING) -> Fleet:
     """Place vessels side by side: vessel i starts (i - 1)·spacing further in y, and its reference with it.
 
-    Each has the scenario's seed plus i - 1, so that noise differs between the vessels.
-
-    Args:
-        base: The scenario of the first vessel.
-        namespace: The vessels have the namespaces `<namespace>_1`, `<namespace>_2` and so on.
-        spacing: Distance between two neighbours, m.
+    Each has the scenario's seed plus i - 1, so that noise differs between the vessels. `namespace`: the vessels have the
+    namespaces `<namespace>_1`, `<namespace>_2` and so on.
 
     Raises:
         ParameterError: the number is out of range, or a vessel would start outside the allowed positions.

@@ -67,9 +67,6 @@ class Section:
 def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
     """The parameters that a command line gives to a node, by dotted names.
 
-    Args:
-        node: The fully qualified name of the node.
-
     Raises:
         ParameterError: a file or a value cannot be read.
     """
@@ -90,9 +87,6 @@ def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
 
 def missed_sections(arguments: Sequence[str], node: str) -> str:
     """That the files of a command line are for other nodes only; empty if a section names the node, or none names one.
-
-    Args:
-        node: The fully qualified name of the node.
 
     Raises:
         ParameterError: a file cannot be read.
@@ -140,11 +134,6 @@ def check_rules(arguments: Sequence[str], name: str, namespace: str) -> None:
 
     In a rule of a parameter the name stands for the node in the root namespace, and no namespace can be written before it; in a
     rule of a topic or service it stands for the node in every namespace.
-
-    Args:
-        arguments: The command line.
-        name: The node's name.
-        namespace: Its namespace, with a leading slash.
 
     Raises:
         ParameterError: a rule names another node; the message has the rule that would reach this one.

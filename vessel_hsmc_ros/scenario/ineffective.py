@@ -119,9 +119,7 @@ def rules_of(node: str) -> tuple[Rule, ...]:
 def ineffective(node: str, parameters: Any, given: Collection[str], commanded: Collection[str] = ()) -> list[str]:
     """Name the settings of a node that are given and have no effect.
 
-    Args:
-        given: The dotted names of those that are given.
-        commanded: Those among them that a person gave on the command line.
+    `commanded`: those among them that a person gave on the command line.
 
     Returns:
         One line for each rule that applies, with the parameters as `node.parameter`.

@@ -76,10 +76,8 @@ def parameters_of(stack: Interface, vessel: KnownVessel) -> dict[str, dict[str, 
 def interface_text(stack: Interface, name: str, vessel: KnownVessel, noise_known: bool = False) -> str:
     """Write the parameters file of an interface, which is given to each node after that of the ship.
 
-    Args:
-        name: Of the ship: the file is `<name>_<interface>.yaml`.
-        vessel: What is known of the ship.
-        noise_known: Whether the file of the ship has the noise of its positions, which that of the stack then leaves as it is.
+    `name`: of the ship: the file is `<name>_<interface>.yaml`. `noise_known`: whether the file of the ship has the noise of its
+    positions, which that of the stack then leaves as it is.
     """
     parameters = parameters_of(stack, vessel)
     if noise_known:

@@ -111,9 +111,7 @@ LOW_SWAY_DAMPING = """
 def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = None) -> str:
     """Write the scenario of a ship of which the main data are known.
 
-    Args:
-        data: What is known of the ship.
-        layout: Its thrusters, which then drive it; their forces are its limits where the data have none.
+    `layout`: its thrusters, which then drive it; their forces are its limits where the data have none.
 
     Returns:
         A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
@@ -149,12 +147,9 @@ def scenario_for(
 ) -> str:
     """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
 
-    Args:
-        values: Its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used.
-        vessel: The name of the vessel in the library, or the path of its file, to which the scenario refers.
-        changes: Single hull data of the scenario that differ from the vessel's, by their names.
-        around: Its wind, current, lag and noise of positions count.
-        thrusters: Drive the ship by its thrusters instead of surge force and yaw moment.
+    `values`: its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used. `vessel`: the
+    name of the vessel in the library, or the path of its file, to which the scenario refers. `changes`: single hull data of the
+    scenario that differ from the vessel's, by their names. `around`: its wind, current, lag and noise of positions count.
 
     Returns:
         A commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided law.
@@ -197,13 +192,8 @@ def _filled(
 ) -> str:
     """The scenario from its template, with references scaled to a ship.
 
-    Args:
-        name, about: Name of the ship, and what it is, for the headline.
-        data: What the head of the file states about its data, as comments.
-        vessel: The section `vessel`.
-        values: Hull data by their dotted names.
-        around: Its wind, current, lag and noise of positions count.
-        thrusters: Whether thrusters drive the ship.
+    `name`, `about`: name of the ship, and what it is, for the headline. `data`: what the head of the file states about its
+    data, as comments. `values`: hull data by their dotted names. `around`: its wind, current, lag and noise of positions count.
     """
     ship = ship_of(values)
     scale = scale_of(ship)
@@ -235,8 +225,7 @@ def _filled(
 def thruster_layout(texts: Sequence[str], length: float) -> ThrusterLayout:
     """The fixed thrusters of a boat, each as `x,y,ahead,astern`: its place, m, and its largest thrusts, N.
 
-    Args:
-        length: Of the boat, m, within which they are.
+    `length`: of the boat, m, within which they are.
 
     Raises:
         ParameterError: one is not four numbers in their ranges, or together they cannot turn the boat.

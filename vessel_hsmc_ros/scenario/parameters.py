@@ -216,9 +216,6 @@ def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
 def without_foreign_hull_data(values: Mapping[str, object], declared: Collection[str]) -> dict[str, object]:
     """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes.
 
-    Args:
-        values: Values by their dotted names.
-
     Raises:
         ParameterError: no node declares hull data of such a name.
     """

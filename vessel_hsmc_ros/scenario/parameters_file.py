@@ -23,12 +23,8 @@ def read_parameters(
     """Read the parameters of nodes from a ROS parameters file.
 
     As in ROS, sections further down override those above, and `/**` stands for all nodes. There the hull data below `vessel.`
-    may be given once for all: each node takes those that it declares.
-
-    Args:
-        nodes: The names of the nodes, in whatever namespace, with the names of their parameters.
-        source: Where the text comes from, for error messages.
-        namespace: Of the vessel, where sections for others are to be left out.
+    may be given once for all: each node takes those that it declares. `nodes`: the names of the nodes, in whatever namespace,
+    with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out.
 
     Returns:
         Values by node and dotted name.

@@ -193,10 +193,7 @@ def write_summary(
 ) -> None:
     """Write run.json.
 
-    Args:
-        origin: Provenance of the run, with the time of its start.
-        failure: What failed, in one line; empty if nothing did.
-        measured: Metrics and further measured values.
+    `origin`: provenance of the run, with the time of its start. `failure`: what failed, in one line; empty if nothing did.
 
     Raises:
         RunError: it cannot be written.

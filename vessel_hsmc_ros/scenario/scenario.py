@@ -58,8 +58,7 @@ class Scenario:
     def changed(self, changes: Mapping[str, object]) -> "Scenario":
         """The same scenario with other values, as `load_scenario` with these changes gives it, without reading a file.
 
-        Args:
-            changes: Values by `node.parameter`, or `vessel.parameter` for every node that declares it.
+        `changes`: values by `node.parameter`, or `vessel.parameter` for every node that declares it.
 
         Raises:
             ScenarioError: the rates do not fit each other.
@@ -154,11 +153,8 @@ def parse_scenario(
 ) -> Scenario:
     """Make a scenario from the text of a ROS parameters file.
 
-    Args:
-        changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
-        source: Where the text comes from, for error messages.
-        folder: Where the path of a vessel file in the text starts.
-        namespace: Of the vessel, where the text has sections for several.
+    `changes`: values by `node.parameter`, or `vessel.parameter` for all nodes. `folder`: where the path of a vessel file in the
+    text starts. `namespace`: of the vessel, where the text has sections for several.
 
     Returns:
         The validated scenario.
@@ -225,8 +221,7 @@ def full_names(values: Mapping[str, Mapping[str, object]]) -> frozenset[str]:
 def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     """The scenario, once what single parameters cannot show is validated: rates, stability at the rate, lengths of lists.
 
-    Args:
-        changed: The nodes whose parameters have not been validated together yet.
+    `changed`: the nodes whose parameters have not been validated together yet.
 
     Raises:
         ScenarioError: its rates do not fit each other.
@@ -320,10 +315,8 @@ def check_following(scenario: Scenario) -> None:
 def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str, object]:
     """The changes to a scenario whose nodes run as processes.
 
-    Args:
-        recorded: A recorder takes part.
-        real_time: Run in real time whatever the scenario chooses.
-        namespace: The nodes' namespace, without slashes at its ends; their frames are prefixed with it.
+    `real_time`: run in real time whatever the scenario chooses. `namespace`: the nodes' namespace, without slashes at its ends;
+    their frames are prefixed with it.
 
     Returns:
         Changes by `node.parameter`, as `load_scenario` takes them.

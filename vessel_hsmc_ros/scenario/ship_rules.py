@@ -129,10 +129,8 @@ def feasible_turn(
 ) -> Circle:
     """The turn of a curve that a ship follows with a reserve: as tight and fast as wanted, or wider or slower.
 
-    Args:
-        curve: Makes the curve of a radius, m.
-        size: Radius and speed wanted, m and m/s.
-        rise_time: Duration of the start up to a speed, s.
+    `curve`: makes the curve of a radius, m. `size`: radius and speed wanted, m and m/s. `rise_time`: duration of the start up
+    to a speed, s.
 
     Raises:
         ParameterError: no such curve is feasible for this hull.
@@ -206,10 +204,8 @@ def motion_limits(s: Scale) -> dict[str, float]:
 def references(circle: Circle, s: Scale, decay: float) -> dict[str, float]:
     """Circle and other references, and the limits of motions to goals, by the names of the template.
 
-    A run lasts until the error of the start has decayed, and the law knows the ship.
-
-    Args:
-        decay: Rate at which the drift decays if the law must be slower than it, else -1, 1/s.
+    A run lasts until the error of the start has decayed, and the law knows the ship. `decay`: rate at which the drift decays if
+    the law must be slower than it, else -1, 1/s.
     """
     time = s.T if decay < 0.0 else max(s.T, 1.0 / decay)
     return {

@@ -99,8 +99,7 @@ class Verdict(NamedTuple):
 def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
     """Evaluate a run against the limits of its row; without limits every finite run is a hit.
 
-    Args:
-        track: Its planned legs; None where there are none.
+    `track`: its planned legs; None where there are none.
     """
     distance = position_error(run.state, run.reference)
     begin = run.time[0] + WINDOWS[row.over] * (run.time[-1] - run.time[0])
@@ -119,8 +118,7 @@ def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
 def load_suite(name: str | Path) -> tuple[Row, ...]:
     """Read the rows of a suite.
 
-    Args:
-        name: A suite of the package, such as `guided`, or the path of a YAML file.
+    `name`: a suite of the package, such as `guided`, or the path of a YAML file.
 
     Raises:
         ScenarioError: the suite is unknown, unreadable or malformed.
@@ -186,9 +184,7 @@ class SuiteShip(NamedTuple):
 def ship_of(name: str, data: Any, where: str) -> SuiteShip:
     """The ship of main data.
 
-    Args:
-        data: Main data by their names, those of `vessel-hsmc init`.
-        where: The file, for error messages.
+    `data`: main data by their names, those of `vessel-hsmc init`.
 
     Raises:
         ScenarioError: the data are no numbers by name.
@@ -216,9 +212,7 @@ def _ship(name: str, data: MainData) -> SuiteShip:
 def in_numbers(value: Any, units: Mapping[str, float], where: str) -> Any:
     """A value whose number or numbers may be in a unit of a ship, such as `{L: 0.02}`.
 
-    Args:
-        units: Those of the ship; empty where there is none.
-        where: What the value belongs to, for error messages.
+    `units`: those of the ship; empty where there is none.
 
     Raises:
         ScenarioError: there is no such unit, or it is not one of numbers.

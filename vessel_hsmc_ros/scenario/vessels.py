@@ -93,9 +93,8 @@ def vessel_names() -> list[str]:
 def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
     """Read a vessel.
 
-    Args:
-        name: A vessel of the library, such as `otter`, or the path of a vessel file.
-        folder: Where a relative path starts, if a file is there; else in the working directory.
+    `name`: a vessel of the library, such as `otter`, or the path of a vessel file. `folder`: where a relative path starts, if a
+    file is there; else in the working directory.
 
     Raises:
         ScenarioError: the vessel is unknown, or its file cannot be read or has sections that are not allowed.
@@ -112,10 +111,8 @@ def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
 def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], folder: Path = Path()) -> dict[str, object]:
     """The values of a node, preceded by those of the vessel that they name.
 
-    Args:
-        values: Values by their dotted names; those given override those of the vessel.
-        entries: What the node declares, by dotted names.
-        folder: Where the path of a vessel file starts.
+    `values`: values by their dotted names; those given override those of the vessel. `folder`: where the path of a vessel file
+    starts.
 
     Raises:
         ScenarioError, ParameterError: as `read_vessel`.

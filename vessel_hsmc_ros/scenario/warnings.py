@@ -46,9 +46,6 @@ def check_scenario(scenario: Scenario) -> list[str]:
 def check_effects(scenario: Scenario, commanded: Collection[str] = ()) -> list[str]:
     """Find the settings of a scenario that are given and have no effect.
 
-    Args:
-        commanded: The parameters, as `node.parameter`, that a person gave on the command line.
-
     Returns:
         One line for each finding; none for the scenarios of the package.
     """

@@ -66,11 +66,8 @@ _loading = threading.RLock()
 class Compiled:
     """A kernel as machine code, loaded from the cache or compiled at its first call; interpreted where nothing can be compiled.
 
-    Args:
-        function: The kernel.
-        title: What to call it in the log, if it takes long to compile.
-        kernels: Kernels that take the place of names of its module.
-        allocates: Whether it makes arrays.
+    `title`: what to call it in the log, if it takes long to compile. `kernels`: kernels that take the place of names of its
+    module.
     """
 
     def __init__(self, function: Function, title: str, kernels: Mapping[str, Function], allocates: bool = True) -> None:
@@ -157,12 +154,9 @@ _made: dict[Any, Compiled] = {}
 def compiled(function: Function, title: str = "", allocates: bool = True, **kernels: Function) -> Compiled:
     """A kernel compiled, with all the kernels that it calls.
 
-    Args:
-        function: The kernel.
-        title: What to call it in the log, if it takes long to compile.
-        allocates: Whether it makes arrays. A kernel that does not is twice as fast without the counting of references to its
-            arguments' arrays.
-        kernels: Kernels that take the place of names of its module, as in `core.kernel.bound`.
+    `title`: what to call it in the log, if it takes long to compile. `allocates`: whether it makes arrays. A kernel that does
+    not is twice as fast without the counting of references to its arguments' arrays. `kernels`: kernels that take the place of
+    names of its module, as in `core.kernel.bound`.
     """
     key = function, allocates, *kernels.items()
     if key not in _made:
@@ -237,11 +231,7 @@ class CacheEntry:
 
 @contextlib.contextmanager
 def cached(name: str) -> Iterator[CacheEntry]:
-    """A context with the entry of a kernel; it is locked as long as it is empty, so that two processes do not both compile.
-
-    Args:
-        name: A name that is unique to the kernel.
-    """
+    """A context with the entry of a kernel; it is locked as long as it is empty, so that two processes do not both compile."""
     folders = [place / cache_key() / name for place in cache_places()]
     found = next((folder for folder in folders if _stored(folder)), None)
     folder = found if found and os.access(found, os.W_OK) else next((folder for folder in folders if _folder_made(folder)), None)

@@ -64,13 +64,7 @@ class Desired:
 
 
 class InterpretedLoop(Loop):
-    """Plant, reference ship and controller as the nodes have them.
-
-    Args:
-        scenario: A scenario from `load_scenario`, with a duration.
-        samples: Number of rows of the complete run.
-        law: A control law that replaces the scenario's.
-    """
+    """Plant, reference ship and controller as the nodes have them."""
 
     block = 1
 

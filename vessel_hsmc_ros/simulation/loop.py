@@ -20,12 +20,8 @@ def is_compilable(law: type[Any]) -> bool:
 def all_terms(law: KernelLaw[Any], stamps: NDArray[np.int64], grid: RateGrid, terms: Array, weights: Array) -> dict[str, Array]:
     """The terms of every control period, with what follows from them as in `terms.diagnosed`.
 
-    Args:
-        law: The law.
-        stamps: Times of the control periods, (m,) ns.
-        grid: Instants of the control periods.
-        terms: Terms of the kernel, (m, t).
-        weights: Weights of its networks, (m, k, l).
+    `stamps`: times of the control periods, (m,) ns. `terms`: terms of the kernel, (m, t). `weights`: weights of its networks,
+    (m, k, l).
 
     Returns:
         All fields of `Terms`, m rows each.

@@ -135,12 +135,7 @@ class ThrusterDrive(NamedTuple):
 
 
 def thruster_drive(scenario: Scenario, period: float) -> ThrusterDrive | tuple[()]:
-    """The drive of a scenario before its first step; nothing where a wrench drives the ship.
-
-    Args:
-        scenario: The scenario.
-        period: Of the plant, s.
-    """
+    """The drive of a scenario before its first step; nothing where a wrench drives the ship."""
     if not scenario.vessel_sim.by_thrusters:
         return ()
     layout, known = scenario.vessel_sim.vessel.thrusters, scenario.thruster_allocation.vessel.thrusters
@@ -155,13 +150,8 @@ def drive_by_thrusters(
 ) -> PlantState:
     """The state of the plant with the wrench that its thrusters give for a command.
 
-    Args:
-        stamp: Of the command, ns.
-        plant: State of the plant.
-        wrench: Commanded surge force [N] and yaw moment [N·m].
-        surge_speed: As measured, m/s.
-        c: Constants of the plant.
-        drive: Allocation and thrusters; their states are written.
+    `stamp`: of the command, ns. `wrench`: commanded surge force [N] and yaw moment [N·m]. `surge_speed`: as measured, m/s.
+    `drive`: allocation and thrusters; their states are written.
     """
     last = drive.last[0]
     elapsed = elapsed_time(stamp, last) if last >= 0 else 0.0
@@ -181,10 +171,7 @@ class Prepared(NamedTuple):
 def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     """Prepare a run; runs of the same schedule or reference share them.
 
-    Args:
-        scenario: A scenario with a duration.
-        samples: Number of rows.
-        law: The law, which this does not change; its memory is copied.
+    `law`: the law, which this does not change; its memory is copied.
 
     Raises:
         ParameterError: as `make_reference`.
@@ -223,11 +210,8 @@ def schedule(
 ) -> Schedule:
     """The instants of a run.
 
-    Args:
-        samples: Number of odometry messages.
-        plant_rate, control_rate, reference_rate: Rates of plant, law and reference, Hz.
-        sensor_rates: Those of position, heading and velocities, Hz; 0 for every message.
-        late: Delay of the odometry in periods of the plant.
+    `samples`: number of odometry messages. `sensor_rates`: those of position, heading and velocities, Hz; 0 for every message.
+    `late`: delay of the odometry in periods of the plant.
     """
     stamps = RateGrid(plant_rate).stamps(samples)
     periods = RateGrid(control_rate).indices(stamps)
@@ -249,10 +233,7 @@ def schedule(
 def reference_of(parameters: ReferenceShipParameters, rate_hz: float, count: int) -> Array:
     """The motions of a reference as published, and the heading as received; see `Inputs`.
 
-    Args:
-        parameters: Parameters of the node reference_ship.
-        rate_hz: Rate at which it is published, Hz.
-        count: Number of instants.
+    `rate_hz`: rate at which it is published, Hz.
     """
     rows = np.empty((count, 10))
     rows[:, :9] = trajectory(parameters, rate_hz, count, compiled)

@@ -71,11 +71,7 @@ def replay_steps(
 ) -> tuple[int, ControlState]:
     """Compute the commands for the rows start to stop - 1.
 
-    Args:
-        start, stop: Rows.
-        state: What the row before `start` has left; its arrays are written in place.
-        constants: What stays constant.
-        recorded: Inputs and commands.
+    `start`, `stop`: rows. `state`: what the row before `start` has left; its arrays are written in place.
 
     Returns:
         The number of rows that are done, and the state that they have left; fewer than `stop` where the law has no finite wrench,
@@ -97,12 +93,7 @@ def replay_steps(
 def replay_controller(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
     """Compute the commands for a span of recorded messages, and leave law, observer and wrench of the loop as they are then.
 
-    Args:
-        loop: The controller.
-        idle: An observer that is switched off, for a loop without one.
-        recorded: Inputs and commands.
-        span: The rows.
-        interpreted: Run interpreted in any case.
+    `idle`: an observer that is switched off, for a loop without one.
 
     Raises:
         ControlError: the law is not defined for a recorded input.

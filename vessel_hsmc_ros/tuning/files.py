@@ -30,9 +30,6 @@ BEST = "best.yaml"
 def write(folder: Path, result: Result) -> dict[str, Path]:
     """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind.
 
-    Args:
-        folder: An existing folder.
-
     Raises:
         ReportError: a file cannot be written.
     """
@@ -119,11 +116,7 @@ Lines = list[list[str]]
 
 
 def render(result: Result, pictures: Sequence[Path]) -> str:
-    """The page, with everything in it.
-
-    Args:
-        pictures: Those of the front and of the search.
-    """
+    """The page, with everything in it."""
     front, search = (path.read_bytes() for path in pictures)
     tuning = result.tuning
     metric = label(tuning.objective.metric)

@@ -53,10 +53,9 @@ class Gain(NamedTuple):
 def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]:
     """Parse and check the gains of a tuning.
 
-    Args:
-        texts: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
-            without a range stands for all gains that match.
-        present: A scenario, whose values are the middle of the ranges that are not given.
+    `texts`: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
+    without a range stands for all gains that match. `present`: a scenario, whose values are the middle of the ranges that are
+    not given.
 
     Returns:
         The gains in the given order.
@@ -143,8 +142,7 @@ def _around(entry: Entry, value: Any) -> Gain:
 def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
     """The same scenario with other parameters of its controller.
 
-    Args:
-        values: Values by `controller.name`.
+    `values`: values by `controller.name`.
 
     Raises:
         InstabilityError: a gain is unstable at the controller's rate.

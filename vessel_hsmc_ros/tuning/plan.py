@@ -65,10 +65,7 @@ class Case:
 def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
     """The runs of a scenario, a suite or a campaign.
 
-    Args:
-        source: The name of a scenario or of a suite, or the path of a scenario, suite or campaign file.
-        changes: Further changes by `node.parameter`.
-        law: The law; empty for that of the file.
+    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file.
 
     Raises:
         ScenarioError: there is no such scenario, suite or campaign, or it cannot be read.
@@ -111,10 +108,7 @@ def _kind(source: str) -> str:
 def held_out_cases(source: str, changes: Mapping[str, object], law: str, others: bool) -> list[Case]:
     """Runs to evaluate a tuning on, which its search has not seen.
 
-    Args:
-        source: A scenario, a suite or a campaign.
-        changes: Further changes by `node.parameter`.
-        others: Whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
+    `others`: whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
     """
     if not others and _kind(source) == "campaign":
         campaign = Campaign.load(source)
@@ -195,9 +189,7 @@ class Objective:
     def check(self, values: Array, failures: Sequence[str]) -> None:
         """Check that there is something to minimise.
 
-        Args:
-            values: The metrics of all runs, (n, 2).
-            failures: Why a run failed; empty for one that did not.
+        `values`: the metrics of all runs, (n, 2).
 
         Raises:
             ParameterError: no run has a value of a metric, although none failed: a limit that it refers to is not set.
@@ -209,8 +201,7 @@ class Objective:
     def scales(self, cases: Sequence[Case], present: Array) -> Array:
         """The scales of all runs, (n, 2).
 
-        Args:
-            present: The two metrics with the present gains, (n, 2), NaN where they have none.
+        `present`: the two metrics with the present gains, (n, 2), NaN where they have none.
 
         Returns:
             The limits of the cases, else the present values, else 1.
@@ -331,9 +322,7 @@ class Tuning:
     def evaluate(self, cases: Sequence[Case], gains: Mapping[str, float], scales: Array | None = None) -> Evaluation:
         """Simulate cases with a set of gains.
 
-        Args:
-            gains: The gains by parameter; those that are left out keep their value.
-            scales: The scales of the metrics; None for the limits of the cases, else the values of these runs.
+        `scales`: the scales of the metrics; None for the limits of the cases, else the values of these runs.
         """
         outcomes = self.simulate([with_gains(case.scenario, gains) for case in cases])
         values = self.objective.values(outcomes)

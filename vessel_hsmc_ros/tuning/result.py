@@ -31,10 +31,7 @@ DEFINITION = "definition"
 def open_study(folder: Path, objectives: int, definition: Mapping[str, Any]) -> Iterator[optuna.Study]:
     """Open the study in a folder, or begin one; no other process can open it meanwhile.
 
-    Args:
-        folder: An existing folder; the study is in its file journal.log.
-        objectives: The number of objectives, all minimised.
-        definition: What defines the tuning, in JSON types.
+    `folder`: an existing folder; the study is in its file journal.log. `definition`: what defines the tuning, in JSON types.
 
     Raises:
         RunError: another process tunes in this folder, or the journal cannot be written.
@@ -143,11 +140,8 @@ class Result:
 def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], report: Report) -> Result:
     """Search the gains with the smallest cost; what a folder already contains is continued.
 
-    Args:
-        folder: An existing folder, which records the trials.
-        trials: The number of trials, with those that the folder contains.
-        held_out: Cases to evaluate the present and the tuned gains on.
-        report: Called with the number of evaluated trials, in fractions, and a note on the best so far.
+    `trials`: the number of trials, with those that the folder contains. `report`: called with the number of evaluated trials,
+    in fractions, and a note on the best so far.
 
     Returns:
         The result.

@@ -67,8 +67,7 @@ class Search:
     def run(self, trials: int, report: Callable[[float, Sequence[Trial]], None]) -> list[Trial]:
         """Evaluate trials until there are so many, those recorded before included.
 
-        Args:
-            report: Called with the number of evaluated trials, in fractions, and those that are complete.
+        `report`: called with the number of evaluated trials, in fractions, and those that are complete.
 
         Returns:
             All trials by number.
