@@ -53,11 +53,9 @@ class Contents:
     """The contents of a file and their locations.
 
     Attributes:
-        path: The file.
         end: Offset of the end of the last complete record in the data section.
         complete: Whether the file was closed: it has a summary with an index of its chunks, and a footer.
         profile: The profile in the file's header, `ros2` for rosbag2.
-        schemas, channels: By their ids.
         chunks: Index of the undamaged chunks.
         counts: Messages by channel id.
         metadata, attachments: Offset, length and content of each record.

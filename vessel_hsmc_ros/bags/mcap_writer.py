@@ -62,9 +62,6 @@ def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
     """DataEnd, summary and footer of a file.
 
     `contents`: the contents of the file; its data ends at `contents.end`.
-
-    Returns:
-        The parts, to be written one after the other.
     """
     rest = statistics(contents, chunks) + definitions(contents)
     # The footer's checksum covers the summary and the footer's own bytes before the checksum.
@@ -158,9 +155,6 @@ class McapFile:
         """Add a channel of CDR messages.
 
         `schema`: the id of its type's schema. `metadata`: QoS profiles and type hash, as rosbag2 names them.
-
-        Returns:
-            The id of the channel.
         """
         number = len(self.contents.channels) + 1
         channel = Channel(id=number, topic=topic, message_encoding="cdr", schema_id=schema, metadata=dict(metadata))

@@ -63,7 +63,6 @@ class VesselRecord(NamedTuple):
 
     Attributes:
         topics: Its topics with messages, of `run_from_bag.TOPICS`, by their names without its namespace.
-        run: Its run.
         start: Stamp at which the time of the run is zero, ns.
         events: As `Bag.events`.
     """

@@ -25,12 +25,10 @@ class Topic:
     """A recorded topic.
 
     Attributes:
-        name: Its full name.
         kind: Its message type, such as `nav_msgs/msg/Odometry`.
         definition: The type's text in the form ros2msg with all types that it uses.
         type_hash: RIHS01 hash of the type.
         qos: The profiles that its publishers offered, as `qos_entry` gives them.
-        encoding: Of its messages.
         count: Number of messages so far.
         channel: Id of its channel in the current file.
     """
@@ -66,9 +64,6 @@ def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping
     """The content of metadata.yaml below its top key.
 
     `notes`: further texts by name, its `custom_data`.
-
-    Returns:
-        The value of `rosbag2_bagfile_information`.
     """
     starts = [file.start for file in files if file.start is not None]
     start, end = min(starts, default=0), max(file.end for file in files)

@@ -191,9 +191,6 @@ def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> 
     """The values of the message with each stamp, (n, k).
 
     `stamps`: (n,), ns. `values`: a row for each of its messages, (m, k). `otherwise`: the value where no message has the stamp.
-
-    Returns:
-        A row for each stamp, (n, k).
     """
     index, found = matched(stamps, series)
     return np.where(found[:, None], values[index], otherwise)

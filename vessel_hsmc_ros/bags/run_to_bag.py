@@ -110,9 +110,6 @@ class Stream:
 def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
     """Write the messages of a run in the order of their stamps.
 
-    Returns:
-        The number of messages.
-
     Raises:
         BagError: the folder exists, or the bag cannot be written, or a message type is not installed.
     """

@@ -35,7 +35,6 @@ class Series:
         definition: The type's text in the form ros2msg; empty if the bag does not contain it in this form.
         type_hash: RIHS01 hash of the type; empty if the bag does not contain it.
         qos: The profiles that its publishers offered.
-        count: Number of messages.
         encoding: Of the messages: cdr, that of ROS 2, or another one such as json.
         others: What else than messages of this type and encoding the topic has; empty for nothing.
     """

@@ -123,9 +123,6 @@ def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> b
 def check_chunk(path: Path, campaign: Campaign) -> int:
     """Check that a file is a chunk of a campaign, by its first and last bytes.
 
-    Returns:
-        Number of its rows.
-
     Raises:
         CampaignError: the file is cut, or belongs to another campaign.
     """
@@ -202,7 +199,6 @@ class Row:
     """A row of a campaign that was run.
 
     Attributes:
-        campaign: The campaign.
         run: Number of the row.
         values: Its columns by their names; empty if it is not computed yet.
     """

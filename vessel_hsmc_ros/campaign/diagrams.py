@@ -69,7 +69,6 @@ class Scatter(NamedTuple):
     """Runs of a law one by one.
 
     Attributes:
-        law: The law.
         x, y, colour: What is drawn across, up and as colour.
         values: Their values, (3, n).
         runs: Numbers of the runs, (n,).

@@ -43,9 +43,6 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
 
     A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error. `progress`: called
     with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
-
-    Returns:
-        The content of its Parquet file.
     """
     runs = campaign.runs_of(number)
     made = {run: _scenario(campaign, run) for run in runs}

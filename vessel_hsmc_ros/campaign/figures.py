@@ -25,9 +25,6 @@ def draw(folder: Path, drawn: Diagrams) -> dict[str, Path]:
 
     `drawn`: the diagrams; kinds that there are none of have no file.
 
-    Returns:
-        The paths by kind.
-
     Raises:
         OSError: a file cannot be written.
     """

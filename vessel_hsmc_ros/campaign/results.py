@@ -40,7 +40,6 @@ class Results:
     """Runs of a campaign.
 
     Attributes:
-        campaign: Its plan.
         rows: The columns of its dataset, (n,) each.
     """
 

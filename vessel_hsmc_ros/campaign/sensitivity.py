@@ -26,7 +26,6 @@ class Influence(NamedTuple):
     """The influence of a parameter on a metric.
 
     Attributes:
-        parameter: Its full name.
         first_order: First-order sensitivity index: the share of the variance of the metric's ranks that this parameter explains
             alone, from 0 to 1; an estimate may be slightly negative.
         uncertainty: Half the width of the confidence interval of the index.

@@ -29,7 +29,6 @@ class Ships:
     """The draws of which all variants are computed.
 
     Attributes:
-        campaign: Its plan.
         values: The numbers of the ships that are drawn, (n,) each, by their names without prefix.
         feasible: Whether a law can keep each ship, (n,).
         lost: Whether it is lost, (n,), for each variant.

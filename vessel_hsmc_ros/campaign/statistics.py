@@ -57,9 +57,6 @@ def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) ->
 
     so that for every true probability the interval misses it in at most α of all campaigns. `runs`: n; for 0 the interval is
     [0, 1].
-
-    Returns:
-        The interval, within [0, 1].
     """
     if not runs:
         return Interval(0.0, 1.0)

@@ -198,9 +198,6 @@ def load_checked(name: str, changes: Mapping[str, object], varied: bool = False)
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
     """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
 
-    Returns:
-        Values by `node.param`.
-
     Raises:
         ParameterError: a text has no equals sign, or its value is not YAML.
         ScenarioError: a file cannot be read.

@@ -85,11 +85,7 @@ def starts(steps: Sequence[Step]) -> list[float]:
 
 
 def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Sequence[Step]) -> str:
-    """Write the scenario that commands the manoeuvres.
-
-    Returns:
-        A commented ROS parameters file.
-    """
+    """Write the scenario that commands the manoeuvres."""
     times = starts(steps)
     path = share_directory() / "config" / "templates" / "excite.yaml"
     return Template(path.read_text(encoding="utf-8")).substitute(

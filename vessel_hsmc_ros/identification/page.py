@@ -33,7 +33,6 @@ class HeldOut(NamedTuple):
     """A run that the identification has not used.
 
     Attributes:
-        run: The run.
         prediction: With the identified parameters.
         before: With the start vessel; None without one.
         load: The steady force or current that fits the run best.

@@ -38,8 +38,6 @@ class Shooting:
     """The residuals of all windows as a function of the parameters.
 
     Attributes:
-        unknowns: What is estimated.
-        cut: The windows.
         length: Their length, s.
         around: Initial states of the windows by the smoother, (w, 6).
         spread: How far the initial states may be from these: their standard deviation by column, (6,).
@@ -144,9 +142,6 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
 
     `shooting`: the residuals; its initial states are the best ones afterwards. `tolerance`: relative change of the sum of
     squares at which it ends.
-
-    Returns:
-        Parameters, (p,).
 
     Raises:
         IdentificationError: the motion diverges, whatever the start.

@@ -22,9 +22,6 @@ from vessel_hsmc_ros.scenario.scenario import dump_scenario
 def write(folder: Path, results: Results) -> dict[str, Path]:
     """Write manoeuvres.html, manoeuvres.csv and a scenario for each manoeuvre, which the nodes can run, into an existing folder.
 
-    Returns:
-        The files by kind.
-
     Raises:
         ReportError: a file cannot be written.
     """

@@ -137,7 +137,6 @@ class Manoeuvre:
     """A simulated manoeuvre.
 
     Attributes:
-        name: One of PLANS.
         scenario: Its scenario, which the nodes can run as well.
         track: From the execute on.
         metrics: By their names; NaN for what was not reached.

@@ -23,7 +23,6 @@ class Criterion(NamedTuple):
     """An upper limit of a metric.
 
     Attributes:
-        manoeuvre, metric: Their names.
         limit: In the unit of the metric.
         text: The limit as the resolution gives it.
     """
@@ -99,7 +98,6 @@ class Row(NamedTuple):
     """A metric as text.
 
     Attributes:
-        manoeuvre, metric: Their names.
         label, value, lengths: Name in words; value with unit; the same in ship lengths, empty where it is no length.
         limit, verdict: The criterion, and `within` or `beyond`; empty where there is none.
     """

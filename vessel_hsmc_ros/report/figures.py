@@ -38,9 +38,6 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
 
     `records`: at least one run. `directory`: created if it does not exist.
 
-    Returns:
-        The files.
-
     Raises:
         ReportError: a file cannot be written.
     """

@@ -27,7 +27,6 @@ class Section(NamedTuple):
     """A part of a page of sections.
 
     Attributes:
-        title: Its headline.
         text: A paragraph below it; empty for none.
         picture: A PNG picture; empty for none.
         head, lines: A table; without lines there is none.

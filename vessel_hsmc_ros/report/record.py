@@ -98,7 +98,6 @@ class Record:
 
     Attributes:
         name: Short label of the run.
-        run: Its arrays.
         metrics: None where there is no reference or no wrench to evaluate.
         facts: Further measured values by their names in run.json.
         scenario: None where the parameters are not known.

@@ -69,9 +69,6 @@ def simulate_many(
     arrays, keep every k-th row only. `workers`: number of runs at a time, in threads if the first scenario is compiled,
     otherwise in processes; None for one per core. `on_result`: called with each outcome as soon as it is known.
 
-    Returns:
-        The outcomes in the order of the scenarios.
-
     Raises:
         RunError: a worker process was killed.
     """

@@ -170,9 +170,6 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
 
     `jobs`: number of processes; None for one per core.
 
-    Returns:
-        The outcomes in the order of the tasks.
-
     Raises:
         ScenarioError: a scenario does not exist or cannot be read.
         ParameterError: a law or a changed parameter is unknown or out of range. All tasks are checked before the first one runs.

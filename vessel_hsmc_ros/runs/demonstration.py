@@ -56,9 +56,6 @@ def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], Non
 
     `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others.
 
-    Returns:
-        The folder that has those of the runs.
-
     Raises:
         RunError: ROS is not installed, or other runs use the domains.
     """

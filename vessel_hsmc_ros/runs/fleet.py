@@ -19,7 +19,6 @@ class FleetResult:
     """The result of a run of a fleet.
 
     Attributes:
-        folder: The run folder.
         exit_code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
         failure: What failed, in one line; empty if nothing did.
         records: The recorded run of each vessel, named by its namespace; none if the run failed.

@@ -35,7 +35,6 @@ class Result:
     """The result of a run.
 
     Attributes:
-        folder: The run folder.
         exit_code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
         failure: What failed, in one line; empty if nothing did.
         metrics: Metrics of the run; None if it is too short for them.

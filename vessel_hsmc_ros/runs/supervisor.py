@@ -39,7 +39,6 @@ class Injection:
     """The faults of a run.
 
     Attributes:
-        script: The faults.
         scenario: The scenario in which they are carried out.
     """
 

@@ -38,7 +38,6 @@ class Point(NamedTuple):
     """One run of a sweep.
 
     Attributes:
-        scenario: Name or path.
         values: Its values of the swept parameters.
         changes: All changes to the scenario by `node.parameter`.
         law: The law that the sweep sets; empty where the scenario selects it.
@@ -55,7 +54,6 @@ class Outcome:
     """The result of one run.
 
     Attributes:
-        point: The run.
         failure: Why it has no metrics, in one line; empty if it has.
         metrics: By the names of core.metrics.Metrics; empty for a run that failed.
     """

@@ -78,9 +78,6 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     `bag`: a bag with `odom`, `reference` and `cmd_wrench`. `scenario`: the bag's own scenario, or a modified one to see the
     difference. `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same.
 
-    Returns:
-        The recorded and the recomputed commands.
-
     Raises:
         BagError: the bag lacks a topic, or was recorded in real time.
         ControlError: the law is not defined for a recorded input.
@@ -230,9 +227,6 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
 
     `changes`: values by `node.parameter`.
-
-    Returns:
-        The comparison of the recorded run with its repetition.
 
     Raises:
         ScenarioError: the bag has no scenario, or the change contradicts it.

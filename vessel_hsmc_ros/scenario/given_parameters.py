@@ -45,7 +45,6 @@ class Section:
     Attributes:
         name: For which nodes it is, such as `/**/controller`.
         parameters: Values by dotted names.
-        file: The file.
     """
 
     name: str

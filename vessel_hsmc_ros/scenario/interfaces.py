@@ -25,7 +25,6 @@ class Interface(NamedTuple):
 
     Attributes:
         name: As `init` takes it.
-        title: What it is.
         state, command: Its messages, in words.
         nodes: The topics of each node under the names of the stack.
         parameters: Values of each node by their dotted names, where they differ from the defaults.

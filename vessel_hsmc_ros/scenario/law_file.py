@@ -23,9 +23,6 @@ def load_law_file(path: Path | str) -> tuple[str, ...]:
     Args:
         path: The file. What else it needs must be installed: its folder is not searched for imports.
 
-    Returns:
-        The names of the laws.
-
     Raises:
         ParameterError: the file cannot be read or executed, has no law, or one that is not complete, or whose name is used.
     """

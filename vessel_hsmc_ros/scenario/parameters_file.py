@@ -26,9 +26,6 @@ def read_parameters(
     may be given once for all: each node takes those that it declares. `nodes`: the names of the nodes, in whatever namespace,
     with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out.
 
-    Returns:
-        Values by node and dotted name.
-
     Raises:
         ScenarioError: the text is not a ROS parameters file, or has a section for another node.
         ParameterError: no node has hull data of such a name.

@@ -20,11 +20,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Paths inside the folder of one run.
-
-    Attributes:
-        path: The folder itself.
-    """
+    """Paths inside the folder of one run."""
 
     path: Path
 

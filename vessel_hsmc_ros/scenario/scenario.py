@@ -156,9 +156,6 @@ def parse_scenario(
     `changes`: values by `node.parameter`, or `vessel.parameter` for all nodes. `folder`: where the path of a vessel file in the
     text starts. `namespace`: of the vessel, where the text has sections for several.
 
-    Returns:
-        The validated scenario.
-
     Raises:
         ScenarioError: the text is not a parameters file, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
@@ -317,9 +314,6 @@ def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str,
 
     `real_time`: run in real time whatever the scenario chooses. `namespace`: the nodes' namespace, without slashes at its ends;
     their frames are prefixed with it.
-
-    Returns:
-        Changes by `node.parameter`, as `load_scenario` takes them.
     """
     # The plant is simulated, and started with them: no person has to enable the controller in real time.
     changes: dict[str, object] = {**{f"{node}.recorded": recorded for node in NODES}, "controller.start_enabled": True}

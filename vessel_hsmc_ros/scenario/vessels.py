@@ -57,14 +57,12 @@ class LibraryVessel:
     Attributes:
         key: The name of its file without the ending, by which scenarios refer to a vessel of the library.
         name: Its name in words.
-        description: What it is.
         values: Hull data by their names in a scenario, `vessel.length` and so on.
         mass: Mass without added mass, kg; None where the file does not state it.
         source: Citation, doi, url, table, licence.
         verified: What agrees with the source.
         unverified: What could not be checked.
         published: Figures that the source states.
-        path: Its file.
     """
 
     key: str

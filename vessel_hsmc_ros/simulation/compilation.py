@@ -202,7 +202,6 @@ class CacheEntry:
     """The stored machine code of one kernel.
 
     Attributes:
-        folder: Where it is.
         present: Whether there is any.
         writable: Whether it can be read or written there; if not, the kernel is compiled anew in every process.
     """

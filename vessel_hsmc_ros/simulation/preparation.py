@@ -68,7 +68,6 @@ class Inputs(NamedTuple):
     """What is known of every step before the run.
 
     Attributes:
-        schedule: The instants.
         reference: Motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10).
         sensor_noise: Standard normal numbers of the sensors, (n, 6); none where they are perfect.
         gust_noise: Standard normal numbers of the gusts, (n, 2); none where no wind blows.
@@ -122,7 +121,6 @@ class ThrusterDrive(NamedTuple):
     """Constants of allocation and thrusters, and their states, arrays that are written in place.
 
     Attributes:
-        allocator, thrusters: The constants.
         allocation, now: The states of the allocation, (k, COLUMNS), and of the thrusters.
         last: Stamp of the last command, (1,) ns.
     """

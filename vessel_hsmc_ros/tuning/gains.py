@@ -57,9 +57,6 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
     without a range stands for all gains that match. `present`: a scenario, whose values are the middle of the ranges that are
     not given.
 
-    Returns:
-        The gains in the given order.
-
     Raises:
         ParameterError: a gain is unknown, not one of the law, not a number or given twice, or its range is not inside the
             declared one.

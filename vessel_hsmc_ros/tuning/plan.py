@@ -167,7 +167,6 @@ class Objective:
         metric: The metric of the cost, a name of core.metrics.Metrics.
         second: The metric of the effort.
         two: Whether the effort is minimised too; else it is only evaluated.
-        aggregate: One of AGGREGATES.
     """
 
     metric: str = ERROR
@@ -246,7 +245,6 @@ class Evaluation(NamedTuple):
         values: The metrics of cost and effort of every case, (n, 2); NaN for a run that failed.
         scales: Their scales, (n, 2).
         failures: Why a run ended early, in one line each; empty for one that did not.
-        cost: The cost.
     """
 
     values: Array
@@ -262,7 +260,6 @@ class Tuning:
     Attributes:
         cases: The runs of every trial; all have the same law.
         gains: The gains and their ranges.
-        objective: The cost.
         seed: Seed of the search; the noise of the runs has its own.
         workers: Number of processes for the runs, which the results do not depend on; None for one per core if a trial has
             MIN_PARALLEL_RUNS runs, else one.

@@ -106,9 +106,7 @@ class Result:
     """The result of a tuning.
 
     Attributes:
-        tuning: What was tuned.
         trials: All trials by number.
-        best: The chosen trial.
         front: The trials that no other one beats in both cost and effort, in the order of their cost.
         present, tuned: The present and the tuned gains on the cases of the tuning.
         held_out: Cases that the search has not seen.
@@ -142,9 +140,6 @@ def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], re
 
     `trials`: the number of trials, with those that the folder contains. `report`: called with the number of evaluated trials,
     in fractions, and a note on the best so far.
-
-    Returns:
-        The result.
 
     Raises:
         ParameterError: no trial has completed, or no run has a value of a metric.

@@ -56,7 +56,6 @@ class Search:
 
     Attributes:
         study: The study, which records them.
-        tuning: What is tuned.
         scales: The scales of the metrics of all cases, (n, 2).
     """
 
@@ -68,9 +67,6 @@ class Search:
         """Evaluate trials until there are so many, those recorded before included.
 
         `report`: called with the number of evaluated trials, in fractions, and those that are complete.
-
-        Returns:
-            All trials by number.
         """
         while True:
             done = self.done()
