@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.campaign.findings import short
 from vessel_hsmc_ros.campaign.results import LEGS, Results
-from vessel_hsmc_ros.campaign.sensitivity import Influence
-from vessel_hsmc_ros.campaign.statistics import exceedance
+from vessel_hsmc_ros.campaign.statistics import Influence, exceedance
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report.tables import METRICS, label

@@ -7,14 +7,16 @@ from pathlib import Path
 
 from vessel_hsmc_ros.campaign import ship_findings
 from vessel_hsmc_ros.campaign.results import Results
-from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence, influences
 from vessel_hsmc_ros.campaign.statistics import (
     CONFIDENCE,
+    FEWEST,
     Cell,
+    Influence,
     Quantile,
     Table,
     at_most,
     clopper_pearson,
+    influences,
     interval_text,
     paired,
     quantile,

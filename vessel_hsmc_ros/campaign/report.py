@@ -12,8 +12,7 @@ from vessel_hsmc_ros.campaign import figures, findings, ship_findings
 from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter, diagrams
 from vessel_hsmc_ros.campaign.findings import influences_by_variant, sentences, short
 from vessel_hsmc_ros.campaign.results import Results, read
-from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence
-from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
+from vessel_hsmc_ros.campaign.statistics import CONFIDENCE, FEWEST, Influence
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report import page_kit
