@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli import gains, identify, run
-from vessel_hsmc_ros.cli.campaign_row import compare_with_row
 from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.cli.options import compare_with_row
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.law.linear_loop import Margins
 from vessel_hsmc_ros.runs.fleet import FleetResult

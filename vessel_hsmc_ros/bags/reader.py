@@ -331,11 +331,7 @@ class Bag:
         return run_from_bag.partial_run(topics, self.twist_frame(prefix))
 
     def _of_vessel(self, prefix: str) -> dict[str, Series]:
-        """The topics of a vessel that have messages, with their narrow columns.
-
-        Raises:
-            BagError: there is no odometry among them.
-        """
+        """The topics of a vessel that have messages, with their narrow columns."""
         found = {name: series for name in run_from_bag.TOPICS if (series := self.find(prefix, name)) is not None}
         if "odom" not in found:
             reason = f" to decode: it {series.undecodable}" if (series := self.topics.get(f"{prefix}odom")) else ""

@@ -306,11 +306,7 @@ def _factor(name: str, base: Value, relative: bool) -> float:
 
 
 def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Grid:
-    """The distribution of a parameter within its range; values that are listed must be in it.
-
-    Raises:
-        ParameterError: none of its values is, or one of those that are listed is not.
-    """
+    """The distribution of a parameter within its range; values that are listed must be in it."""
     distribution, entry = drawn.distribution, drawn.entry
     if isinstance(distribution, Choice | Grid):
         for value in distribution.values:
@@ -331,10 +327,6 @@ def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Gr
 
 
 def _check(drawn: Drawn, value: Any) -> None:
-    """Check a listed value.
-
-    Raises:
-        ParameterError: it is of a wrong type or out of range.
-    """
+    """Check a listed value."""
     length = drawn.entry.length if drawn.element is None else None
     schema.check(replace(drawn.entry, name=drawn.name, type=drawn.type, length=length), drawn.scaled(value), "draw")

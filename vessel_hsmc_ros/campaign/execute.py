@@ -329,11 +329,7 @@ def _submitted(client: Any, job: Job, numbers: Sequence[int]) -> Iterator[Comput
 
 
 def _result(future: Any) -> Computed:
-    """The result of a chunk.
-
-    Raises:
-        CampaignError: it was not computed.
-    """
+    """The result of a chunk."""
     try:
         return Computed(*future.result())
     except VesselHsmcError:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.campaign import figures, findings, ship_findings
-from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter, diagrams
+from vessel_hsmc_ros.campaign import findings, ship_findings
+from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter, diagrams, draw
 from vessel_hsmc_ros.campaign.findings import influences_by_variant, sentences, short
 from vessel_hsmc_ros.campaign.results import Results, read
 from vessel_hsmc_ros.campaign.statistics import CONFIDENCE, FEWEST, Influence
@@ -37,7 +37,7 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
     path = output or folder / "report.html"
     try:
         path.write_text(render(results, found, drawn, folder), encoding="utf-8")
-        pictures = figures.draw(path.parent / "figures", drawn)
+        pictures = draw(path.parent / "figures", drawn)
     except OSError as error:
         raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
     words = [f"{law}: {sentence}" if law else sentence for law, sentence in sentences(results, found)]

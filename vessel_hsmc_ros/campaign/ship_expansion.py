@@ -11,8 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from vessel_hsmc_ros.campaign.ship_family import SHIP, ShipFamily
-from vessel_hsmc_ros.campaign.ship_references import MAX_TURN_TIMES, Course, Request, course_for
+from vessel_hsmc_ros.campaign.ship_family import MAX_TURN_TIMES, SHIP, Course, Request, ShipFamily, course_for
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters

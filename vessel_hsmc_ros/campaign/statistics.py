@@ -1,7 +1,7 @@
-"""Statements about a probability and about quantiles that hold for any distribution, from a sample of runs.
+"""Statements about a probability and about quantiles that hold for any distribution, and which drawn parameters matter.
 
-Both rest on the binomial distribution alone: the number of failures among n independent runs, and the number of runs below a
-quantile, are binomial, whatever the distribution of the metric is.
+The first two rest on the binomial distribution alone: the number of failures among n independent runs, and the number of runs
+below a quantile, are binomial, whatever the distribution of the metric is.
 """
 
 import math

@@ -1,24 +1,31 @@
-"""Arguments and options that several verbs take."""
+"""Arguments and options that several verbs take, and what they lead to: a scenario, a row of a campaign, running nodes."""
 
 import functools
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 import yaml
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from vessel_hsmc_ros.cli.console import print_warning
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.cli.console import print_error, print_line, print_warning
+from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes, scenario_names
 from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario
 from vessel_hsmc_ros.simulation import compilation
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.campaign.dataset import Row
+    from vessel_hsmc_ros.nodes.remote import Remote
+    from vessel_hsmc_ros.runs.scenario_run import Result
 
 
 def complete_scenario(_context: click.Context, _argument: click.Parameter, typed: str) -> list[CompletionItem]:
@@ -219,3 +226,74 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
         except yaml.YAMLError:
             raise ParameterError(f"{option} {change} is not allowed: {value} is not a YAML value") from None
     return parsed
+
+
+DIFFERENT = 1
+"""Exit code of a run that differs from its row."""
+
+
+def campaign_row_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options to a verb, which takes them as `campaign` and `row`."""
+    folder = click.option(
+        "--campaign",
+        type=click.Path(path_type=Path),
+        help="Folder of a campaign of which --run selects a run, instead of SCENARIO.",
+    )
+    number = click.option("--run", "row", type=click.IntRange(min=0), metavar="N", help="Number of the run in the campaign.")
+    return folder(number(command))
+
+
+def of_row(scenario: str | None, folder: Path | None, number: int | None, changed: bool) -> "Row | None":
+    """The row that the options select; None where they are not given.
+
+    `changed`: whether other options would change the run.
+
+    Raises:
+        click.UsageError: neither a scenario nor a row is selected, or more than a row.
+        ParameterError, CampaignError: as `Row.read`.
+    """
+    if folder is None and number is None:
+        if scenario is None:
+            raise click.UsageError("Missing argument 'SCENARIO'; or give --campaign and --run")
+        return None
+    if folder is None or number is None or scenario is not None or changed:
+        without = "SCENARIO, --set, --real-time and --faults"
+        raise click.UsageError(f"to repeat a run of a campaign give --campaign and --run, without {without}")
+    from vessel_hsmc_ros.campaign.dataset import Row  # imports the libraries of campaigns
+
+    return Row.read(folder, number)
+
+
+def compare_with_row(row: "Row", result: "Result") -> int:
+    """Print whether a run has the metrics of its row; returns the exit code."""
+    if not row.values:
+        print_line(f"row {row.run} of the campaign is not computed yet: nothing to compare with")
+        return result.exit_code
+    differences = row.differences(result.metrics, result.failure)
+    for line in differences:
+        print_error(f"row {row.run}: {line}")
+    if not differences:
+        what = "the run ended early as" if row.values["ended_early"] else "all metrics are bit-identical to those of"
+        print_line(f"{what} row {row.run} of the campaign")
+    return DIFFERENT if differences else 0
+
+
+@contextmanager
+def running_vessel(namespace: str) -> Iterator["Remote"]:
+    """A connection with the nodes in a namespace.
+
+    Raises:
+        ParameterError: the namespace is not one of ROS.
+        InstallationError: two installations of ROS would mix.
+        RunError: ROS is not installed.
+    """
+    from vessel_hsmc_ros.nodes.ros_environment import check_ros  # imported here: most verbs need no ROS
+
+    checked = checked_namespace(namespace)
+    check_ros()
+    try:
+        from vessel_hsmc_ros.nodes.remote import Remote
+    except ModuleNotFoundError as error:
+        raise RunError(missing_module(error)) from None
+    with Remote(checked) as remote:
+        yield remote

@@ -10,8 +10,7 @@ import click
 import yaml
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
@@ -73,11 +72,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _names(row: Sequence[str], place: str) -> list[str]:
-    """The names of the columns.
-
-    Raises:
-        ScenarioError: one is of another name, there twice or missing.
-    """
+    """The names of the columns."""
     names = [cell.strip() for cell in row]
     if not {"x", "y"} <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
         raise ScenarioError(f"{place}: columns {', '.join(names)} are not allowed: a path takes {FORM}")

@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
+    campaign_row_options,
     checked_namespace,
+    compare_with_row,
     law_file_option,
     live_options,
     load_checked,
+    of_row,
     optional_scenario_argument,
     parse_changes,
     refuse_without,

@@ -5,13 +5,15 @@ from pathlib import Path
 
 import click
 
-from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
 from vessel_hsmc_ros.cli.console import print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
+    campaign_row_options,
+    compare_with_row,
     interpreted_option,
     law_file_option,
     load_checked,
+    of_row,
     optional_scenario_argument,
     parse_changes,
     run_output_options,

@@ -12,7 +12,6 @@ from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.measurements import checked, few_reversals
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress, regress_currents, through_water, unexcited
-from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
 from vessel_hsmc_ros.identification.types import (
     DELAY,
     GAINS,
@@ -29,7 +28,7 @@ from vessel_hsmc_ros.identification.types import (
     currents,
     unknowns,
 )
-from vessel_hsmc_ros.identification.windows import WINDOW, predict, unrolled, windows
+from vessel_hsmc_ros.identification.windows import WINDOW, Smoothed, predict, smooth, unrolled, windows
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 UNEXPLAINED = 1.3

@@ -1,4 +1,8 @@
-"""Measurements from runs, bags and CSV files, checked before they are used."""
+"""Measurements from runs, bags and CSV files, checked before they are used, by the rules of `vessel-hsmc check` too.
+
+The equations of motion take times, frames and signs for granted. Data that contradict them give wrong hull data, or a motion that
+diverges, and no residual shows the cause.
+"""
 
 import csv
 import io
@@ -163,11 +167,7 @@ def _wrench_of(bag: Bag, prefix: str) -> Series:
 
 
 def _require_stamps(bag: Bag, *topics: Series) -> None:
-    """Check that stamps are filled in, of clocks that have not been set, and of the same clock.
-
-    Raises:
-        IdentificationError: they are not.
-    """
+    """Check that stamps are filled in, of clocks that have not been set, and of the same clock."""
     shown = [Topic(s.name, received=seconds_of(s.log_time), columns={"stamp": seconds_of(s.stamp)}) for s in topics]
     for series, topic in zip(topics, shown, strict=True):
         if reason := unusable(topic):
@@ -180,11 +180,7 @@ def _require_stamps(bag: Bag, *topics: Series) -> None:
 
 
 def _require_one_motion(odometry: Series, motion: Array) -> None:
-    """Check that messages of one stamp have the same motion: repeated messages count once, and others have no time.
-
-    Raises:
-        IdentificationError: more than a few have not.
-    """
+    """Check that messages of one stamp have the same motion: repeated messages count once, and others have no time."""
     order = np.argsort(odometry.stamp, kind="stable")
     same = np.diff(odometry.stamp[order]) == 0
     differing = same & (np.diff(motion[order], axis=0) != 0.0).any(axis=1)

@@ -174,9 +174,6 @@ def _finite(shooting: Shooting, start: Array) -> Array:
     """A start from which no simulated motion diverges: the given one, or one with more inertia and less coupling.
 
     Without coupling the energy of a ship does not grow, and the heavier it is the longer it keeps its velocity.
-
-    Raises:
-        IdentificationError: there is none.
     """
     names = shooting.unknowns.names
     factors = np.array([HEAVIER if name in POSITIVE else 1.0 if name in UNSCALED_PARAMETERS else 1.0 / HEAVIER for name in names])

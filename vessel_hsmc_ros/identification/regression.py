@@ -18,7 +18,6 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares, lsq_linear
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
 from vessel_hsmc_ros.identification.types import (
     DELAY,
     GAINS,
@@ -30,7 +29,7 @@ from vessel_hsmc_ros.identification.types import (
     current_names,
     vessel,
 )
-from vessel_hsmc_ros.identification.windows import Windows
+from vessel_hsmc_ros.identification.windows import Smoothed, Windows, in_body_frame
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
 AVERAGED = 4.0

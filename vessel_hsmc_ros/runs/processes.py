@@ -182,11 +182,7 @@ def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] |
 
 
 def _reserve(file: int) -> None:
-    """Reserve disk space for the log of a node, so that it can still report that the disk is full.
-
-    Raises:
-        OSError: the disk is full already.
-    """
+    """Reserve disk space for the log of a node, so that it can still report that the disk is full."""
     libc = ctypes.CDLL(None, use_errno=True)
     size = ctypes.c_long(LOG_RESERVE)
     if libc.fallocate(file, _FALLOC_FL_KEEP_SIZE, ctypes.c_long(0), size) and ctypes.get_errno() != errno.EOPNOTSUPP:

@@ -114,11 +114,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
 
 
 def _require_unaltered(bag: Bag, prefix: str) -> None:
-    """Check that scripted faults left the inputs of the controller as they were, if there were any.
-
-    Raises:
-        BagError: they did not.
-    """
+    """Check that scripted faults left the inputs of the controller as they were, if there were any."""
     for name in ("odom", "reference"):
         relayed = f"{prefix}{RELAYED}{name}"
         if relayed not in bag.topics:

@@ -62,11 +62,7 @@ def make_control_loop(
 
 
 def _make_fallback(parameters: ControllerParameters) -> Fallback | None:
-    """The law of the safe action, with its own parameters.
-
-    Raises:
-        ParameterError: a gain is unstable at the controller's rate.
-    """
+    """The law of the safe action, with its own parameters."""
     name = parameters.safety.fallback_law
     if parameters.safety.action != "fallback":
         return None

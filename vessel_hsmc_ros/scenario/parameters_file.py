@@ -1,4 +1,10 @@
-"""ROS parameters files: YAML text to flat parameters by node, and back."""
+"""ROS parameters files: YAML text to flat parameters by node, and back; and which of them a command line gives to a node.
+
+There the last of several values of a parameter counts: `-p NAME:=VALUE` and `--params-file FILE` from left to right, the sections
+of a file that are for the node from top to bottom. ROS reads the same rules and means the same, but it collects them by section,
+where a rule of the command line joins the first `/**`, and by type, where an integer outlasts a later double: a value that came
+last may be lost there without a word.
+"""
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence

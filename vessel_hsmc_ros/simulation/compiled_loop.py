@@ -24,8 +24,7 @@ from vessel_hsmc_ros.plant.step import advance as advance_plant
 from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
-from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
-from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop, all_terms, is_compilable
+from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, InterpretedLoop, Loop, all_terms, is_compilable
 from vessel_hsmc_ros.simulation.preparation import Constants, Inputs, Kept, State, drive_by_thrusters, prepare
 
 DONE, UNDEFINED, DIVERGED, OUTDATED = 0, 1, 2, 3

@@ -85,11 +85,7 @@ def _matching(pattern: str, law: str, entries: Mapping[str, Entry], values: Mapp
 
 
 def _declared(parameter: str, law: str, entries: Mapping[str, Entry]) -> Entry:
-    """The declaration of a gain of a law.
-
-    Raises:
-        ParameterError: it is not a number that the law or the observer declares.
-    """
+    """The declaration of a gain of a law."""
     name = parameter.removeprefix(NODE)
     mine = [known for known in entries if known.startswith((f"{law}.", SHARED))]
     if name in mine and parameter.startswith(NODE):
