@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.cli import campaign, console, excite, init, reproduce, results
+from vessel_hsmc_ros.cli import campaign, console, excite, init, reproduce
 from vessel_hsmc_ros.cli.call import SWITCHES, TRIGGERS
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.gains import _margins
@@ -137,8 +137,8 @@ def test_a_verification_names_the_first_difference_and_the_largest() -> None:
 
 def test_metrics_of_several_runs_have_a_line_for_each_that_any_has(monkeypatch: pytest.MonkeyPatch) -> None:
     printed: list[Any] = []
-    monkeypatch.setattr(results, "print_table", lambda *given: printed.extend(given))
-    results.print_metrics([("one", [("a", "1 m"), ("b", "2 m")]), ("two", [("b", "3 m"), ("c", "4 m")])])
+    monkeypatch.setattr(console, "print_table", lambda *given: printed.extend(given))
+    console.print_metrics([("one", [("a", "1 m"), ("b", "2 m")]), ("two", [("b", "3 m"), ("c", "4 m")])])
     assert printed == [["", "one", "two"], [("a", "1 m", ""), ("b", "2 m", "3 m"), ("c", "", "4 m")]]
 
 

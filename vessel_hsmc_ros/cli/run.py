@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_failure, print_line, print_result, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
     campaign_row_options,
@@ -26,9 +26,8 @@ from vessel_hsmc_ros.cli.options import (
     set_option,
     vessel_option,
 )
-from vessel_hsmc_ros.cli.results import print_failure, print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.runs.fleet import FleetResult, reserve_namespaces, run_fleet
+from vessel_hsmc_ros.runs.fleet import reserve_namespaces, run_fleet
 from vessel_hsmc_ros.scenario.faults import check_script, load_script
 from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, SPACING, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
@@ -97,7 +96,7 @@ def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spac
     return result.exit_code
 
 
-def _print(result: FleetResult) -> None:
+def _print(result: scenario_run.Result) -> None:
     """Print a row for each vessel, how the run failed if it did, and the path of its files."""
     if result.records:
         from vessel_hsmc_ros.report.tables import FACTS, METRICS, quantities  # imports the report's libraries

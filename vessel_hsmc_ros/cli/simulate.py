@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_warning, progress_bar
+from vessel_hsmc_ros.cli.console import print_result, print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
     campaign_row_options,
@@ -19,7 +19,6 @@ from vessel_hsmc_ros.cli.options import (
     run_output_options,
     set_option,
 )
-from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 from vessel_hsmc_ros.scenario.warnings import check_goals

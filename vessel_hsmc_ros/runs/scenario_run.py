@@ -39,6 +39,7 @@ class Result:
         failure: What failed, in one line; empty if nothing did.
         metrics: Metrics of the run; None if it is too short for them.
         facts: All other measured values, by their keys in run.json.
+        records: Of a fleet, the recorded run of each vessel, named by its namespace; none if the run failed.
     """
 
     folder: RunFolder
@@ -46,6 +47,7 @@ class Result:
     failure: str = ""
     metrics: Metrics | None = None
     facts: dict[str, Any] = field(default_factory=dict)
+    records: list["Record"] = field(default_factory=list)
 
 
 def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
@@ -116,13 +118,7 @@ def run_nodes(
     folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
     status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection)
     result = Result(folder, status.code, status.failure)
-    try:
-        _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted
-        if not result.failure:
-            _evaluate_bag(result, origin, requested_at or _process_start(), with_page)
-    except (BagError, ReportError, RunError) as error:
-        _note_failure(result, error)
-        _write_summary_if_possible(result, origin)
+    summarise(result, origin, lambda: _evaluate_bag(result, origin, requested_at or _process_start(), with_page))
     return result
 
 
@@ -145,14 +141,20 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
     if with_bag:
         _write_bag(loop, result, scenario)
-    try:
-        _write_summary(result, origin)  # before the page, which takes seconds and may be interrupted
-        if not result.failure:
-            _evaluate_run(result, scenario, loop.result(), origin, with_page)
-    except (ReportError, RunError) as error:
-        _note_failure(result, error)
-        _write_summary_if_possible(result, origin)
+    summarise(result, origin, lambda: _evaluate_run(result, scenario, loop.result(), origin, with_page))
     return result
+
+
+def summarise(result: Result, origin: Mapping[str, Any], evaluate: Callable[[], None]) -> None:
+    """Write the summary of a run, and evaluate it if it has not failed; what cannot be read or written is its failure."""
+    try:
+        write_results(result, origin)  # first of all: what follows takes seconds and may be interrupted
+        if not result.failure:
+            evaluate()
+    except (BagError, ReportError, RunError) as error:
+        _note_failure(result, error)
+        with suppress(RunError):
+            write_results(result, origin)
 
 
 def _note_failure(result: Result, error: Exception) -> None:
@@ -241,7 +243,7 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], w
     shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
     record = replace(record, facts=result.facts, provenance={**shown, **record.provenance})
     result.metrics = record.metrics
-    _write_summary(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
+    write_results(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
     if with_page:
         write_page(result.folder, [record], record.name)
 
@@ -259,15 +261,10 @@ def write_page(folder: RunFolder, records: Sequence["Record"], title: str) -> No
     figures.draw(records, folder.figures)
 
 
-def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
+def write_results(result: Result, origin: Mapping[str, Any]) -> None:
+    """Write run.json with what is known of a run so far."""
     metrics = result.metrics._asdict() if result.metrics else None
     write_summary(result.folder, origin, result.exit_code, result.failure, {"metrics": metrics, **result.facts})
-
-
-def _write_summary_if_possible(result: Result, origin: Mapping[str, Any]) -> None:
-    """Write the summary of a run that has failed already."""
-    with suppress(RunError):
-        _write_summary(result, origin)
 
 
 def _process_start() -> float:
