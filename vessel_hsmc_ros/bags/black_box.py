@@ -60,11 +60,8 @@ def records(content: bytes) -> Iterator[tuple[int, int, bytes]]:
 def write(content: BinaryIO) -> tuple[Path, str]:
     """Write the bag into the first folder that takes it; one that exists is left alone, and another name is taken beside it.
 
-    Returns:
-        The bag's folder, and why none of the folders before it took the bag; empty if it is the first.
-
-    Raises:
-        BagError: no folder takes the bag, or there is no content.
+    Returns the bag's folder, and why none of the folders before it took the bag; empty if it is the first. Raises BagError if
+    no folder takes the bag, or there is no content.
     """
     head = content.readline()
     if not head.endswith(b"\n"):

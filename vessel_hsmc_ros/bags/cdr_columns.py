@@ -31,10 +31,7 @@ def read_definition(kind: str, text: str) -> Mapping[str, Any]:
     """The types of a definition by their names, each with its constants and its fields.
 
     `kind`: the message type, such as `nav_msgs/msg/Odometry`. `text`: the definition in the form ros2msg, followed by those of
-    all types that it uses.
-
-    Raises:
-        BagError: the text is not such a definition, or lacks a type.
+    all types that it uses. Raises BagError if the text is not such a definition, or lacks a type.
     """
     try:
         types: Mapping[str, Any] = get_types_from_msg(_COMMENTS.sub("", text), kind)
@@ -110,10 +107,7 @@ class Layout:
         """Columns of some fields of many messages; None if one of the messages has another layout.
 
         `data`: bytes that contain the messages, uint8, (m,). `starts`: offsets of the messages, (n,); each message has `size`
-        bytes.
-
-        Returns:
-            Columns by name, each with n rows.
+        bytes. Returns columns by name, each with n rows.
         """
         for location, expected in self.lengths.items():
             if not (_gather(data, starts, location) == expected).all():
@@ -175,8 +169,7 @@ class MessageType:
     def layout(self, message: bytes) -> Layout:
         """The layout of one message.
 
-        Raises:
-            NoLayout: other messages cannot share it, or the message does not match the definition.
+        Raises NoLayout if other messages cannot share it, or the message does not match the definition.
         """
         if len(message) < ENCAPSULATION or message[0] or message[1] > 1:  # neither CDR_BE nor CDR_LE
             raise NoLayout

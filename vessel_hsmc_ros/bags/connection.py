@@ -37,11 +37,7 @@ class _Names:
 
 
 def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
-    """The connection that a bag shows.
-
-    Raises:
-        BagError: a topic cannot be read.
-    """
+    """The connection that a bag shows. Raises BagError if a topic cannot be read."""
     recorded = {name.rpartition("/")[2]: values for name, values in bag.parameters.items()}
     made = connection_of(values_of(stack, recorded), stack.nodes if stack else {}, is_live=False)
     names = _Names(bag)

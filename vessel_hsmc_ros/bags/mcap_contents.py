@@ -88,11 +88,7 @@ class Contents:
 
 
 def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
-    """The uncompressed records of a chunk.
-
-    Raises:
-        BagError: the chunk is damaged.
-    """
+    """The uncompressed records of a chunk. Raises BagError if the chunk is damaged."""
     offset = index.chunk_start_offset
     try:
         if index.chunk_length > LONGEST_RECORD:
@@ -107,10 +103,8 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
 def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
-    `summary`: what a valid summary knows: where the records break off, the next record that it knows is read.
-
-    Raises:
-        BagError: the file has no complete record.
+    `summary`: what a valid summary knows: where the records break off, the next record that it knows is read. Raises BagError
+    if the file has no complete record.
     """
     doubtful: list[tuple[int, int]] = []
     contents, position = Contents(path), len(MAGIC)
@@ -261,8 +255,7 @@ ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 def read_contents(path: Path) -> Contents:
     """Read the contents of a file from its summary if it is valid, else by a scan of the complete file.
 
-    Raises:
-        BagError: the file cannot be read or is not an MCAP file.
+    Raises BagError if the file cannot be read or is not an MCAP file.
     """
     try:
         with path.open("rb") as stream:

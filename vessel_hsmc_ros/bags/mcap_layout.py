@@ -85,8 +85,7 @@ def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
 def message_offsets(data: bytes) -> dict[int, list[int]]:
     """Offsets of the Message records in a chunk's uncompressed bytes, by channel.
 
-    Raises:
-        ValueError: a record is shorter than its kind, or ends behind the last byte.
+    Raises ValueError if a record is shorter than its kind, or ends behind the last byte.
     """
     offsets: dict[int, list[int]] = defaultdict(list)
     unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0

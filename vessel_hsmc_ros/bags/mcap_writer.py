@@ -196,11 +196,7 @@ class McapFile:
         self.contents.metadata.append((start, len(written), record))
 
     def commit(self) -> None:
-        """Pass all records to the operating system, and update the summary.
-
-        Raises:
-            OSError: it refuses to write.
-        """
+        """Pass all records to the operating system, and update the summary. Raises OSError if it refuses to write."""
         self._end_chunk()
         if not self._pending:
             return
@@ -212,11 +208,7 @@ class McapFile:
             self._summary_bytes += size
 
     def close(self) -> None:
-        """Write the rest, summary and footer, and close the file.
-
-        Raises:
-            OSError: it cannot be written.
-        """
+        """Write the rest, summary and footer, and close the file. Raises OSError if it cannot be written."""
         self._end_chunk()
         self._write_pending()
         self._file.close(ending(self.contents, self._written_index(), self._chunks))

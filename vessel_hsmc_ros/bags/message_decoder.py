@@ -52,8 +52,7 @@ class MessageObjects:
     def read(self, data: bytes) -> Any:
         """One message with its fields as attributes; lists of numbers are NumPy arrays, other lists are lists.
 
-        Raises:
-            ValueError, struct.error: the bytes are not a message of the type.
+        Raises ValueError, struct.error if the bytes are not a message of the type.
         """
         if len(data) < ENCAPSULATION or data[0] or data[1] > 1:
             raise ValueError("its encapsulation is neither CDR_LE nor CDR_BE")
@@ -158,11 +157,7 @@ class MessageDecoder:
         return self._type.lists(MAX_NARROW_ARRAY)
 
     def deserialize(self, data: bytes) -> Any:
-        """One message as an object with its fields as attributes.
-
-        Raises:
-            BagError: the bytes are not a message of the type.
-        """
+        """One message as an object with its fields as attributes. Raises BagError if the bytes are not a message of the type."""
         try:
             return self._objects.read(data)
         except (ValueError, struct.error) as error:
@@ -171,13 +166,8 @@ class MessageDecoder:
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
         """Decode some fields of many messages into columns.
 
-        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,).
-
-        Returns:
-            Columns by name, each with n rows.
-
-        Raises:
-            BagError: a message cannot be decoded.
+        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,). Returns columns by name, each with n rows.
+        Raises BagError if a message cannot be decoded.
         """
         columns = None if self._irregular else self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names)
         return self._one_by_one(data, starts, sizes, names) if columns is None else columns

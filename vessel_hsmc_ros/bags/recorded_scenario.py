@@ -22,8 +22,7 @@ Parameters = Mapping[str, Mapping[str, Any]]
 def recorded_parameters(text: bytes) -> dict[str, dict[str, Any]]:
     """The parameters of every node by its full name, from a bag's attachment.
 
-    Raises:
-        ScenarioError: the attachment is not a ROS parameters file.
+    Raises ScenarioError if the attachment is not a ROS parameters file.
     """
     try:
         document = read_plain_yaml(text.decode()) or {}

@@ -38,8 +38,7 @@ class Repair:
 def is_complete(directory: Path) -> bool:
     """Whether the bag's files were closed and metadata.yaml lists all their messages.
 
-    Raises:
-        BagError: the folder holds no bag.
+    Raises BagError if the folder holds no bag.
     """
     files = bag_files(directory, strict=False)
     found = [read_contents(file) for file in files.present]
@@ -49,8 +48,7 @@ def is_complete(directory: Path) -> bool:
 def repair(directory: Path) -> Repair:
     """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed.
 
-    Raises:
-        BagError: the folder holds no bag, a file of it has nothing readable, or it is being recorded.
+    Raises BagError if the folder holds no bag, a file of it has nothing readable, or it is being recorded.
     """
     files, missing, _ = bag_files(directory, strict=False)
     for file in files:

@@ -98,13 +98,8 @@ def run(topics: Topics, vessel: Vessel, weights: bool = True, twist_frame: str =
     """The run of one vessel, with a row for each stamp that odometry, disturbance and applied wrench have in common.
 
     `topics`: of TOPICS, those that the bag has. `vessel`: the plant's coefficients, which convert the disturbance from forces
-    to accelerations. `twist_frame`: frame of the velocities in the odometry: child, or parent, that of the pose.
-
-    Returns:
-        The arrays of the run; its time is zero at the first common stamp.
-
-    Raises:
-        BagError: there is no such stamp.
+    to accelerations. `twist_frame`: frame of the velocities in the odometry: child, or parent, that of the pose. Returns the
+    arrays of the run; its time is zero at the first common stamp. Raises BagError if there is no such stamp.
     """
     # Joined by stamp and not by position: topics may lack messages, at the end of a truncated bag for instance.
     odometry = topics["odom"]
@@ -208,10 +203,8 @@ def shown_at(measured_at: Stamps, steps: Stamps) -> Stamps:
     """The times of the steps in which the plant has published its odometry, whose stamps are those of late measurements.
 
     The plant repeats its first measurement until it is as old as the delay: so the repetitions show the delay in steps.
-    `measured_at`: stamps of the odometry, ascending, (n,) ns. `steps`: stamps of a message of every step, (m,) ns.
-
-    Returns:
-        The stamps of the steps, (n,) ns; the stamps as they are where the first one is not repeated.
+    `measured_at`: stamps of the odometry, ascending, (n,) ns. `steps`: stamps of a message of every step, (m,) ns. Returns the
+    stamps of the steps, (n,) ns; the stamps as they are where the first one is not repeated.
     """
     _, inverse, counts = np.unique(measured_at, return_inverse=True, return_counts=True)
     if not len(counts) or (late := counts[0] - 1) == 0:

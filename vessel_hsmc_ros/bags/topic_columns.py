@@ -122,8 +122,7 @@ class Series:
     def deserialize(self, data: bytes) -> Any:
         """One of the topic's messages as an object with its fields as attributes.
 
-        Raises:
-            BagError: the bytes are not a message of the topic's type.
+        Raises BagError if the bytes are not a message of the topic's type.
         """
         return self._decoder.deserialize(data)
 
@@ -201,10 +200,7 @@ def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
     """Read columns of topics of one bag in one pass over its files; those already read are not read again.
 
     `topics`: the topics. Of one that has not been read yet, all narrow fields and the times are read. `names`: further fields,
-    which all these topics have.
-
-    Raises:
-        BagError: a file is damaged, or a message cannot be decoded.
+    which all these topics have. Raises BagError if a file is damaged, or a message cannot be decoded.
     """
     wanted = {series.name: (series, missing) for series in topics if (missing := series._missing(names))}
     parts = {name: {field: _ColumnParts() for field in missing} for name, (_, missing) in wanted.items()}

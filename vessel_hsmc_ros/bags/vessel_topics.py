@@ -43,10 +43,8 @@ class VesselTopics:
     def namespace(self, wanted: str | None) -> str:
         """The given namespace if it holds a vessel, or the only one that does, with its slashes.
 
-        Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace.
-
-        Raises:
-            BagError: there is no such vessel, or there are several to choose from.
+        Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace. Raises
+        BagError if there is no such vessel, or there are several to choose from.
         """
         parts = [part for part in (wanted or "").split("/") if part]
         if "odom" in self._given or not (self.namespaces or parts or self.find("/", "odom") is None):

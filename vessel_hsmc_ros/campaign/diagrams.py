@@ -204,10 +204,7 @@ Drawn = TypeVar("Drawn")
 def draw(folder: Path, drawn: Diagrams) -> dict[str, Path]:
     """Draw all diagrams.
 
-    `drawn`: the diagrams; kinds that there are none of have no file.
-
-    Raises:
-        OSError: a file cannot be written.
+    `drawn`: the diagrams; kinds that there are none of have no file. Raises OSError if a file cannot be written.
     """
     folder.mkdir(exist_ok=True)
     laws = list(dict.fromkeys(curve.law for each in drawn.exceedances for curve in each.curves))

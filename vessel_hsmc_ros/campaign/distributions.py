@@ -148,11 +148,8 @@ LARGEST_GRID = 100_000
 def parse_distribution(given: Any) -> tuple[Distribution, bool]:
     """Make a distribution from an entry such as `{uniform: [0.8, 1.2], relative: true}`.
 
-    Returns:
-        The distribution, not truncated; whether it is one of factors on the base value.
-
-    Raises:
-        ParameterError: the entry has another form; the message continues a text that names the parameter.
+    Returns the distribution, not truncated; whether it is one of factors on the base value. Raises ParameterError if the entry
+    has another form; the message continues a text that names the parameter.
     """
     kinds = list(given.keys() - {RELATIVE}) if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in FORMS:
@@ -255,10 +252,8 @@ class Drawn:
 def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     """Make a drawn parameter from its entry in a campaign file.
 
-    `given`: its distribution, such as `{normal: [0.0, 1.0]}`.
-
-    Raises:
-        ParameterError: there is no such parameter, or its distribution has a wrong form or no value in the parameter's range.
+    `given`: its distribution, such as `{normal: [0.0, 1.0]}`. Raises ParameterError if there is no such parameter, or its
+    distribution has a wrong form or no value in the parameter's range.
     """
     match = _ELEMENT.fullmatch(name)
     parameter, element = (match[1], int(match[2])) if match else (name, None)

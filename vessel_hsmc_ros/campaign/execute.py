@@ -239,11 +239,7 @@ class Computed(NamedTuple):
 
 
 def check_address(scheduler: str) -> None:
-    """Check the form of the address of a scheduler.
-
-    Raises:
-        ParameterError: it has another form.
-    """
+    """Check the form of the address of a scheduler. Raises ParameterError if it has another form."""
     if not re.fullmatch(r"(tcp|tls|ucx|wss?)://.+:\d{1,5}", scheduler):
         raise ParameterError(f"--scheduler {scheduler} is not allowed: it takes an address such as tcp://host:8786")
 

@@ -83,11 +83,8 @@ class CampaignFile:
     def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
         """Make a campaign from its texts.
 
-        `runs`: number of draws in the place of that of the file.
-
-        Raises:
-            ScenarioError: the file or the scenario is malformed.
-            ParameterError: a parameter, distribution, limit or law is not allowed.
+        `runs`: number of draws in the place of that of the file. Raises ScenarioError if the file or the scenario is malformed;
+        ParameterError if a parameter, distribution, limit or law is not allowed.
         """
         try:
             return cls(source, *_parse(source, document(source), runs))
@@ -104,10 +101,8 @@ def read_source(name: Path | str) -> Source:
     """Read the texts of a campaign.
 
     `name`: a campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
-    folder of that file.
-
-    Raises:
-        ScenarioError: campaign or scenario are unknown or cannot be read, or the file has no scenario.
+    folder of that file. Raises ScenarioError if campaign or scenario are unknown or cannot be read, or the file has no
+    scenario.
     """
     path = _find(name)
     try:
@@ -124,11 +119,7 @@ def read_source(name: Path | str) -> Source:
 
 
 def document(source: Source) -> dict[str, Any]:
-    """The entries of a campaign file.
-
-    Raises:
-        ScenarioError: it is not YAML, or has other keys.
-    """
+    """The entries of a campaign file. Raises ScenarioError if it is not YAML, or has other keys."""
     try:
         found = read_yaml(source.text)
     except yaml.YAMLError as error:
@@ -148,11 +139,7 @@ def with_seed(source: Source, seed: int) -> Source:
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """Read campaign.json in the folder of a campaign.
-
-    Raises:
-        CampaignError: it is missing or damaged.
-    """
+    """Read campaign.json in the folder of a campaign. Raises CampaignError if it is missing or damaged."""
     try:
         about = json.loads(read_text(folder / "campaign.json"))
         return {**about, "repetitions": int(about["repetitions"])}
@@ -163,8 +150,7 @@ def read_about(folder: Path) -> dict[str, Any]:
 def source_of_folder(folder: Path, runs: int | None = None) -> tuple[Source, int]:
     """Read the texts of the campaign of a folder, and the number of draws that were requested if no other is given.
 
-    Raises:
-        CampaignError: the folder is not that of a campaign.
+    Raises CampaignError if the folder is not that of a campaign.
     """
     about = read_about(folder)
     try:

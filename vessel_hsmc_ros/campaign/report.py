@@ -22,14 +22,9 @@ from vessel_hsmc_ros.report.style import SERIES
 def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], dict[str, Path]]:
     """Write the report of a campaign, complete or not.
 
-    `output`: the page; by default `report.html` in the folder. The figures are in `figures/` beside it.
-
-    Returns:
-        The findings in words, and the paths by kind: page and figures.
-
-    Raises:
-        CampaignError: the folder is not that of a campaign, or a file of it is damaged.
-        ReportError: the campaign has no results yet, or a file cannot be written.
+    `output`: the page; by default `report.html` in the folder. The figures are in `figures/` beside it. Returns the findings in
+    words, and the paths by kind: page and figures. Raises CampaignError if the folder is not that of a campaign, or a file of
+    it is damaged; ReportError if the campaign has no results yet, or a file cannot be written.
     """
     results = read(folder)
     found = influences_by_variant(results)

@@ -131,9 +131,8 @@ class Results:
 def read(folder: Path) -> Results:
     """Read the results of a campaign, complete or not.
 
-    Raises:
-        ScenarioError, CampaignError: the folder is not that of a campaign, or a file of it is damaged.
-        ReportError: it has no rows yet.
+    Raises ScenarioError, CampaignError if the folder is not that of a campaign, or a file of it is damaged; ReportError if it
+    has no rows yet.
     """
     table = read_rows(folder)
     if not table.num_rows:

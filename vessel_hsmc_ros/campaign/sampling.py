@@ -25,10 +25,8 @@ _STREAM = 1
 def point(method: str, dimensions: int, seed: int, draws: int, draw: int) -> tuple[float, ...]:
     """A point of the open unit cube.
 
-    `draws`: number of all draws, on which only those of latin_hypercube depend.
-
-    Returns:
-        The coordinates, between 0 and 1 and neither of them.
+    `draws`: number of all draws, on which only those of latin_hypercube depend. Returns the coordinates, between 0 and 1 and
+    neither of them.
     """
     if method == "latin_hypercube":
         row = _hypercube(dimensions, seed, draws)[draw]

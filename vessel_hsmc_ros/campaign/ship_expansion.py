@@ -68,10 +68,8 @@ class Ship(NamedTuple):
 def resolved(*layers: Mapping[str, object]) -> Changes:
     """Layers of changes in one, the later ones over the earlier ones, with the numbers of a ship of the family expanded.
 
-    `layers`: values by `node.parameter` or by `ship.number`.
-
-    Raises:
-        ParameterError: a number of the ship is unknown or out of range, or no reference is feasible for it.
+    `layers`: values by `node.parameter` or by `ship.number`. Raises ParameterError if a number of the ship is unknown or out of
+    range, or no reference is feasible for it.
     """
     merged = {name: value for layer in layers for name, value in layer.items()}
     numbers = {name.removeprefix(SHIP): merged.pop(name) for name in list(merged) if name.startswith(SHIP)}
@@ -82,8 +80,7 @@ def resolved(*layers: Mapping[str, object]) -> Changes:
 def expand(family: ShipFamily) -> Changes:
     """The changes to a scenario that make it that of a ship of the family; always the same names.
 
-    Raises:
-        ParameterError: no reference of this kind is feasible for the ship.
+    Raises ParameterError if no reference of this kind is feasible for the ship.
     """
     ship = ship_of(family)
     T, course = ship.scale.T, ship.course
@@ -99,11 +96,7 @@ def expand(family: ShipFamily) -> Changes:
 
 
 def ship_of(family: ShipFamily) -> Ship:
-    """The ship of the numbers.
-
-    Raises:
-        ParameterError: no reference of this kind is feasible for it.
-    """
+    """The ship of the numbers. Raises ParameterError if no reference of this kind is feasible for it."""
     hull = hull_of(family)
     scale = scale_of(hull)
     period = _plant_period(family, scale.T)

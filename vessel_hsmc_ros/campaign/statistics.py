@@ -69,10 +69,7 @@ def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) ->
 def at_most(failures: int, runs: int, confidence: float = CONFIDENCE) -> float:
     """The largest probability of a failure that the runs admit: the one-sided Clopper-Pearson bound.
 
-    Without a failure it is 1 - (1 - confidence)^(1/n), about 3/n at 95 %.
-
-    Returns:
-        The bound, from 0 to 1; 1 without a run.
+    Without a failure it is 1 - (1 - confidence)^(1/n), about 3/n at 95 %. Returns the bound, from 0 to 1; 1 without a run.
     """
     return float(stats.beta.ppf(confidence, failures + 1, runs - failures)) if failures < runs else 1.0
 
@@ -118,10 +115,8 @@ def exceedance(values: Array, points: int = 400) -> tuple[Array, Array, Array, A
     """The share of runs above each value, with pointwise confidence bounds.
 
     `values`: the sample, (n,); infinite for a run that ended early, which is above every value. `points`: largest number of
-    values of the curve; they are denser towards the largest, where single runs count.
-
-    Returns:
-        Finite values in increasing order, the share of the runs above each, and its lower and upper bound, (m,) each.
+    values of the curve; they are denser towards the largest, where single runs count. Returns finite values in increasing
+    order, the share of the runs above each, and its lower and upper bound, (m,) each.
     """
     ordered = np.sort(values)
     n = len(ordered)
@@ -199,13 +194,8 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
     takes the share of the first harmonics in the spectrum of the metric. It is applied to the ranks of the metric, because
     metrics span decades and a run that ended early has a rank but no value. The index sees an influence that is not monotonic;
     the rank correlation has a sign. `drawn`: values of each parameter, (n,) each: numbers, flags or texts. `values`: the
-    metric, (n,); infinite for a run that ended early.
-
-    Returns:
-        One entry for each parameter; none for fewer than 100 runs, or where the metric is the same for all of them.
-
-    Raises:
-        InstallationError: SALib is not installed.
+    metric, (n,); infinite for a run that ended early. Returns one entry for each parameter; none for fewer than 100 runs, or
+    where the metric is the same for all of them. Raises InstallationError if SALib is not installed.
     """
     if len(values) < FEWEST or not drawn or np.all(values == values[0]):
         return []

@@ -111,11 +111,7 @@ def compare_runs(runs: Sequence[Path], output: Path) -> None:
 
 
 def chosen(laws: str | None) -> list[str]:
-    """Parse the names of `--laws`.
-
-    Raises:
-        ParameterError: a name is not the name of a law, or is there twice.
-    """
+    """Parse the names of `--laws`. Raises ParameterError if a name is not the name of a law, or is there twice."""
     if laws is None:
         from vessel_hsmc_ros.runs.comparison import default_laws
 

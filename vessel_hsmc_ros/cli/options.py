@@ -132,10 +132,7 @@ def file_option(help_text: str) -> Callable[[Callable[..., Any]], Callable[..., 
 def refuse_without(needed: str, *names: str) -> None:
     """Refuse options of the verb that runs, which are given without what they go with, and so would have no effect.
 
-    `needed`: what they go with, such as `--live`.
-
-    Raises:
-        click.UsageError: one of them is given.
+    `needed`: what they go with, such as `--live`. Raises click.UsageError if one of them is given.
     """
     context = click.get_current_context()
     for name in names:
@@ -176,11 +173,7 @@ NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 
 
 def checked_namespace(namespace: str) -> str:
-    """A namespace without slashes at its ends.
-
-    Raises:
-        ParameterError: it is not a ROS namespace.
-    """
+    """A namespace without slashes at its ends. Raises ParameterError if it is not a ROS namespace."""
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
@@ -190,10 +183,8 @@ def checked_namespace(namespace: str) -> str:
 def load_checked(name: str, changes: Mapping[str, object], varied: bool = False) -> Scenario:
     """Load a scenario, and print a warning for each thing in it that is probably not what was meant.
 
-    `varied`: whether its runs vary further parameters, which may give effect to settings that have none in the scenario.
-
-    Raises:
-        ScenarioError, ParameterError: as `load_scenario`.
+    `varied`: whether its runs vary further parameters, which may give effect to settings that have none in the scenario. Raises
+    ScenarioError, ParameterError as `load_scenario`.
     """
     scenario = load_scenario(name, changes)
     effects = [] if varied else check_effects(scenario, changes)
@@ -205,9 +196,7 @@ def load_checked(name: str, changes: Mapping[str, object], varied: bool = False)
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
     """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
 
-    Raises:
-        ParameterError: a text has no equals sign, or its value is not YAML.
-        ScenarioError: a file cannot be read.
+    Raises ParameterError if a text has no equals sign, or its value is not YAML; ScenarioError if a file cannot be read.
     """
     parsed: dict[str, object] = {}
     for change in changes:
@@ -246,11 +235,8 @@ def campaign_row_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def of_row(scenario: str | None, folder: Path | None, number: int | None, changed: bool) -> "Row | None":
     """The row that the options select; None where they are not given.
 
-    `changed`: whether other options would change the run.
-
-    Raises:
-        click.UsageError: neither a scenario nor a row is selected, or more than a row.
-        ParameterError, CampaignError: as `Row.read`.
+    `changed`: whether other options would change the run. Raises click.UsageError if neither a scenario nor a row is selected,
+    or more than a row; ParameterError, CampaignError as `Row.read`.
     """
     if folder is None and number is None:
         if scenario is None:
@@ -282,10 +268,8 @@ def compare_with_row(row: "Row", result: "Result") -> int:
 def running_vessel(namespace: str) -> Iterator["Remote"]:
     """A connection with the nodes in a namespace.
 
-    Raises:
-        ParameterError: the namespace is not one of ROS.
-        InstallationError: two installations of ROS would mix.
-        RunError: ROS is not installed.
+    Raises ParameterError if the namespace is not one of ROS; InstallationError if two installations of ROS would mix; RunError
+    if ROS is not installed.
     """
     from vessel_hsmc_ros.nodes.ros_environment import check_ros  # imported here: most verbs need no ROS
 

@@ -29,11 +29,9 @@ FORM = "x and y, and perhaps z and heading, in metres and radians in the frame o
 def read_waypoints(path: Path) -> list[Waypoint]:
     """Read waypoints from a file; those without a heading have the heading 0.
 
-    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start with #
-    are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`.
-
-    Raises:
-        ScenarioError: the file cannot be read, has no waypoint, one that is not of finite numbers, or a column of another name.
+    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start with
+    # are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`. Raises
+    ScenarioError if the file cannot be read, has no waypoint, one that is not of finite numbers, or a column of another name.
     """
     try:
         text = read_text(path)

@@ -80,11 +80,8 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spacing: float) -> int:
     """Run a scenario with several vessels and print the result; returns the exit code.
 
-    `namespace`: what their namespaces begin with; empty for the default.
-
-    Raises:
-        ParameterError: a vessel would start outside the allowed positions.
-        RunError: ROS is not installed, another run uses a namespace, or files cannot be written.
+    `namespace`: what their namespaces begin with; empty for the default. Raises ParameterError if a vessel would start outside
+    the allowed positions; RunError if ROS is not installed, another run uses a namespace, or files cannot be written.
     """
     fleet = make_fleet(base, count, namespace, spacing)
     check_writable(output.parent)

@@ -83,10 +83,7 @@ def identify(
     """Estimate hull parameters from recorded runs.
 
     `start`: values of the parameters that are not estimated; None for zero. `window`: length of the windows of output-error
-    refinement and of prediction, s.
-
-    Raises:
-        IdentificationError: the runs are too short, not excited, or not those of a ship.
+    refinement and of prediction, s. Raises IdentificationError if the runs are too short, not excited, or not those of a ship.
     """
     given = [checked(run, window) for run in runs]
     if not given:
@@ -315,10 +312,8 @@ def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple
     """Hold each parameter whose standard error exceeds its value at its start value, or zero: the least certain first.
 
     `shooting`: the residuals as a function of all parameters. `vector`: their estimates, (p,). `needed`: names of those that
-    are never held.
-
-    Returns:
-        The residuals as a function of the remaining parameters, their estimates, and the reasons for the others by name.
+    are never held. Returns the residuals as a function of the remaining parameters, their estimates, and the reasons for the
+    others by name.
     """
     found: dict[str, str] = {}
     refused = set(needed)

@@ -52,10 +52,8 @@ timing of the wrench, and what to sail."""
 def checked(run: Measurements, window: float = 0.0) -> Measurements:
     """The run itself, if it can be used.
 
-    `window`: its shortest duration, s.
-
-    Raises:
-        IdentificationError: too few samples, times that do not increase, gaps, or numbers that are not finite.
+    `window`: its shortest duration, s. Raises IdentificationError for too few samples, times that do not increase, gaps, or
+    numbers that are not finite.
     """
     if len(run.time) < FEWEST:
         raise IdentificationError(f"{run.name} has {len(run.time)} samples: at least {FEWEST} are needed")
@@ -119,11 +117,7 @@ HELD = 0.2
 
 
 def from_run(run: Run, name: str = "run") -> Measurements:
-    """The measured motion and the applied wrench of a run.
-
-    Raises:
-        IdentificationError: the samples do not serve.
-    """
+    """The measured motion and the applied wrench of a run. Raises IdentificationError if the samples do not serve."""
     wrench = run.wrench if run.wrench.shape[1] == len(WRENCH) else np.insert(run.wrench, 1, 0.0, axis=1)
     return _measurements(run.time, run.measured, wrench, name)
 
@@ -131,9 +125,8 @@ def from_run(run: Run, name: str = "run") -> Measurements:
 def from_bag(path: Path | str, namespace: str | None = None, odometry: str = "", wrench: str = "") -> Measurements:
     """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps.
 
-    Raises:
-        BagError: the bag cannot be read, or has no such vessel.
-        IdentificationError: there is no wrench, or the samples do not serve.
+    Raises BagError if the bag cannot be read, or has no such vessel; IdentificationError if there is no wrench, or the samples
+    do not serve.
     """
     bag = open_bag(path, odometry, wrench)
     prefix = bag.namespace(namespace)
@@ -193,10 +186,8 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     """A CSV file with columns for time, pose and wrench, and optionally for the velocities.
 
     The columns are time, x, y, heading or heading_deg; u, v, r where measured; surge_force, sway_force, yaw_moment, else zero.
-    `columns`: the file's name of each of these columns, where it differs.
-
-    Raises:
-        IdentificationError: a column is missing, or the samples do not serve.
+    `columns`: the file's name of each of these columns, where it differs. Raises IdentificationError if a column is missing, or
+    the samples do not serve.
     """
     table, named = _table(Path(path)), dict(columns or {})
     known = (*NEEDED, *HEADINGS, *VELOCITIES, *WRENCH)
@@ -279,9 +270,7 @@ def judged(run: Measurements) -> Measurements:
     """The run itself, if its velocities, headings and positions agree; with what else is doubtful as its `doubts`.
 
     A jump of the positions leaves the estimates as they are, and signs are a conclusion from few manoeuvres: both are doubts.
-
-    Raises:
-        IdentificationError: the motion contradicts itself, as one of another frame or unit.
+    Raises IdentificationError if the motion contradicts itself, as one of another frame or unit.
     """
     run = _filled_in(run)
     connection = _connection(run)

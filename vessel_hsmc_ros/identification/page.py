@@ -237,10 +237,8 @@ def vessel_text(
     """Write a vessel file in the format of the library.
 
     `known`: what is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
-    `errors`: root mean square prediction errors on held-out runs, with their units; empty without.
-
-    Raises:
-        ParameterError: length or beam is not known.
+    `errors`: root mean square prediction errors on held-out runs, with their units; empty without. Raises ParameterError if
+    length or beam is not known.
     """
     check_known(known)
     largest = {key: float(np.nanmax(np.abs(np.concatenate([run.wrench[:, i] for run in runs])))) for key, i in LIMITS.items()}
@@ -262,11 +260,7 @@ def vessel_text(
 
 
 def check_known(known: Mapping[str, object]) -> None:
-    """Check that what is known of a ship suffices for a vessel file.
-
-    Raises:
-        ParameterError: length or beam is not known.
-    """
+    """Check that what is known of a ship suffices for a vessel file. Raises ParameterError if length or beam is not known."""
     for needed in ("length", "beam"):
         if needed not in known:
             raise ParameterError(f"the {needed} of the ship is not known: it takes --vessel START, or --{needed}")

@@ -67,8 +67,7 @@ class Shooting:
     def residuals(self, vector: Array) -> Array:
         """Weighted residuals of the measurements and of the initial states, with the best initial states.
 
-        Returns:
-            Shape (w, k + 1, 6), zero where not measured; the initial states are last. All NaN where the motion diverges.
+        Returns shape (w, k + 1, 6), zero where not measured; the initial states are last. All NaN where the motion diverges.
         """
         starts = self.around
         try:
@@ -141,10 +140,7 @@ def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = l
     """Minimise the weighted residuals within the bounds, from a start.
 
     `shooting`: the residuals; its initial states are the best ones afterwards. `tolerance`: relative change of the sum of
-    squares at which it ends.
-
-    Raises:
-        IdentificationError: the motion diverges, whatever the start.
+    squares at which it ends. Raises IdentificationError if the motion diverges, whatever the start.
     """
     low, high = shooting.unknowns.bounds()
     # Of bounds that are close together, like those of the delay, never more than a part of their distance.

@@ -66,10 +66,7 @@ def towards(x: float, y: float, unit: str) -> str:
 def steady_load(values: Mapping[str, float], run: Measurements, window: float, inputs: Mapping[str, float]) -> SteadyLoad:
     """Find the steady force or the steady current with which a run is predicted best, whichever predicts it better.
 
-    `run`: the run, which the values were not estimated from.
-
-    Raises:
-        IdentificationError: the run is shorter than a window.
+    `run`: the run, which the values were not estimated from. Raises IdentificationError if the run is shorter than a window.
     """
 
     def pushed(x: float, y: float) -> Prediction:

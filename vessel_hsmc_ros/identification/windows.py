@@ -271,11 +271,7 @@ FEWEST_IN_WINDOW = 10
 
 
 def require_rate(run: Measurements, window: float) -> None:
-    """Check that a window has enough samples, and so that time is in seconds.
-
-    Raises:
-        IdentificationError: it has not.
-    """
+    """Check that a window has enough samples, and so that time is in seconds. Raises IdentificationError if it has not."""
     step = float(np.median(np.diff(run.time)))
     if window and step > window / FEWEST_IN_WINDOW:
         text = f"a window of {window:g} s needs {FEWEST_IN_WINDOW} samples or more: time must be in s, not in ms or ns"
@@ -292,10 +288,8 @@ def predict(
     """Predict a run window by window, each from the smoothed state at its start.
 
     `values`: hull parameters by their names; those that are missing are zero. `measurements`: the run, best one that the values
-    were not estimated from. `current`: steady current of the run along x and y, over ground, m/s.
-
-    Raises:
-        IdentificationError: the run is shorter than a window.
+    were not estimated from. `current`: steady current of the run along x and y, over ground, m/s. Raises IdentificationError if
+    the run is shorter than a window.
     """
     require_rate(measurements, window)
     duration = float(measurements.time[-1] - measurements.time[0])

@@ -22,8 +22,7 @@ from vessel_hsmc_ros.scenario.scenario import dump_scenario
 def write(folder: Path, results: Results) -> dict[str, Path]:
     """Write manoeuvres.html, manoeuvres.csv and a scenario for each manoeuvre, which the nodes can run, into an existing folder.
 
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
     files = {"page": folder / "manoeuvres.html", "metrics": folder / "manoeuvres.csv", "scenarios": folder / "scenarios"}
     try:

@@ -102,10 +102,8 @@ def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) ->
 def in_still_water(name: str, ship: Mapping[str, object]) -> Scenario:
     """A scenario with a ship at rest in still water, which follows no reference.
 
-    `ship`: the parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes.
-
-    Raises:
-        ScenarioError, ParameterError: as `load_scenario`.
+    `ship`: the parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes. Raises ScenarioError,
+    ParameterError as `load_scenario`.
     """
     return parse_scenario("{}", name, {**CALM, **ship})
 
@@ -123,11 +121,7 @@ def is_vessel(name: str | Path) -> bool:
 
 
 def ship_of(scenario: Scenario) -> Ship:
-    """The ship of a scenario in still water.
-
-    Raises:
-        ParameterError: it has no limits or no damping.
-    """
+    """The ship of a scenario in still water. Raises ParameterError if it has no limits or no damping."""
     given = {
         f"{node}.{name}": value
         for node, prefixes in SHIP.items()

@@ -43,21 +43,15 @@ DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
 def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] | None = None) -> Record:
     """Read the record of one vessel's run.
 
-    `origin`: further provenance of the run, by its keys in run.json.
-
-    Raises:
-        BagError: the bag cannot be read or has no odometry.
+    `origin`: further provenance of the run, by its keys in run.json. Raises BagError if the bag cannot be read or has no
+    odometry.
     """
     bag = open_bag(path)
     return of_vessel(bag, bag.namespace(namespace), origin)
 
 
 def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) -> Record:
-    """Read the record of one vessel of an opened bag.
-
-    Raises:
-        BagError: the bag has no odometry of the vessel.
-    """
+    """Read the record of one vessel of an opened bag. Raises BagError if the bag has no odometry of the vessel."""
     scenario = _scenario(bag, prefix)
     vessel = scenario.vessel_sim.vessel.coefficients() if scenario else None
     topics, run, start, events = bag.record(prefix, vessel)
@@ -74,11 +68,7 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
 
 
 def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
-    """Read the records of all vessels of a bag, named by their namespaces.
-
-    Raises:
-        BagError: a vessel has no odometry.
-    """
+    """Read the records of all vessels of a bag, named by their namespaces. Raises BagError if a vessel has no odometry."""
     prefixes = sorted(bag.namespaces, key=lambda prefix: (len(prefix), prefix))  # vessel_10 after vessel_2
     found = [bag.find(prefix, name) for prefix in prefixes for name in run_from_bag.TOPICS]
     bag.load(*(series.name for series in found if series is not None))  # in one pass over the bag

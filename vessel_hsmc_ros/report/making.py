@@ -27,8 +27,7 @@ MAX_LABEL_TEXTS = 2
 def distinguished(records: Sequence[Record]) -> list[Record]:
     """Label runs by what differs between them: scenario, else law, else both, else parameters, else a number.
 
-    Returns:
-        The records with unique names; a single one keeps its name.
+    Returns the records with unique names; a single one keeps its name.
     """
     names = [record.name for record in records]
     if len(records) < 2:
@@ -109,9 +108,7 @@ class WrittenFiles:
 def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
     """Read bags, or the bags of run folders, and write their page and the requested figures and tables.
 
-    Raises:
-        BagError: a bag cannot be read or has no odometry.
-        ReportError: a file cannot be written, or pyarrow is missing.
+    Raises BagError if a bag cannot be read or has no odometry; ReportError if a file cannot be written, or pyarrow is missing.
     """
     bags = [bag_path(bag) for bag in bags]
     chosen = options.page or page_of(bags)
@@ -128,8 +125,7 @@ def _ships(records: Sequence[Record]) -> list[str]:
 def write(records: Sequence[Record], options: Options) -> WrittenFiles:
     """Write the page of some records, and the requested figures and tables.
 
-    Raises:
-        ReportError: a file cannot be written, or pyarrow is missing.
+    Raises ReportError if a file cannot be written, or pyarrow is missing.
     """
     files = {"page": options.page or Path(PAGE)}
     # WrittenFiles beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
@@ -152,8 +148,7 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
 def read(bags: Sequence[Path], namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
     """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover.
 
-    Raises:
-        BagError: a bag cannot be read or has no odometry.
+    Raises BagError if a bag cannot be read or has no odometry.
     """
     records: list[Record] = []
     for path in bags:
@@ -193,8 +188,7 @@ def tables(run: Run) -> dict[str, Table]:
 def write_csv(run: Run, directory: Path) -> list[Path]:
     """Write `motion.csv` and `control.csv`; every number reads back bit-identical.
 
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
 
     def write(table: Table, path: Path) -> None:
@@ -212,8 +206,7 @@ def write_csv(run: Run, directory: Path) -> list[Path]:
 def write_parquet(run: Run, directory: Path) -> list[Path]:
     """Write `motion.parquet` and `control.parquet`.
 
-    Raises:
-        ReportError: pyarrow is not installed, or a file cannot be written.
+    Raises ReportError if pyarrow is not installed, or a file cannot be written.
     """
     try:
         import pyarrow

@@ -49,8 +49,7 @@ class Track:
 def overlays(records: Sequence[Record]) -> list[Overlay]:
     """Merge the panels of all runs.
 
-    Returns:
-        The panels, group by group; groups in the order in which they first occur.
+    Returns the panels, group by group; groups in the order in which they first occur.
     """
     merged: dict[tuple[str, str], Overlay] = {}
     for run, record in enumerate(records):

@@ -44,10 +44,7 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
     """Write the page of some runs.
 
     `records`: at least one run; the others are compared with the first. `hull`: dimensions of the ship that is drawn; None for
-    those of the first run's scenario. `notes`: paragraphs below the headline.
-
-    Raises:
-        ReportError: the file cannot be written.
+    those of the first run's scenario. `notes`: paragraphs below the headline. Raises ReportError if the file cannot be written.
     """
     page = render(records, title, hull or hull_of(records), notes)
     try:

@@ -143,10 +143,7 @@ class Payload:
     def add(self, values: Array, kind: str = "f4") -> dict[str, Any]:
         """Add an array.
 
-        `values`: (n,).
-
-        Returns:
-            Offset in bytes, count and type, for the page's `unpack`.
+        `values`: (n,). Returns offset in bytes, count and type, for the page's `unpack`.
         """
         with np.errstate(over="ignore"):  # a diverged run may exceed the range of 32-bit floats
             raw = np.ascontiguousarray(values).astype("<" + kind)

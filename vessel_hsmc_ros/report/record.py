@@ -172,10 +172,8 @@ def measured(
 ) -> Metrics | None:
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
-    `marks`: its events; the time of pauses does not count. `until`: end of the evaluated interval, s.
-
-    Returns:
-        None without a reference or any wrench.
+    `marks`: its events; the time of pauses does not count. `until`: end of the evaluated interval, s. Returns None without a
+    reference or any wrench.
     """
     wrench, command = run.wrench, commanded(run)
     if not recorded(wrench) and command is not None:
@@ -237,10 +235,8 @@ def _pauses(marks: Sequence[Mark]) -> Iterator[tuple[float, float]]:
 def over_shared_interval(records: Sequence[Record]) -> list[Record]:
     """Evaluate the metrics of runs of different duration over the interval that all of them cover.
 
-    A run that lasts longer has more time to converge or diverge, so metrics over whole runs would not be comparable.
-
-    Returns:
-        The records; if their durations differ, with metrics of the shared interval, and the interval among their facts.
+    A run that lasts longer has more time to converge or diverge, so metrics over whole runs would not be comparable. Returns
+    the records; if their durations differ, with metrics of the shared interval, and the interval among their facts.
     """
     ends = [float(record.run.time[-1]) for record in records]
     if not records or min(ends) == max(ends):

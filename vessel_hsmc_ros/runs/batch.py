@@ -67,10 +67,8 @@ def simulate_many(
 
     `scenarios`: one for each run, with its own seed; an iterator may make each when its turn comes. `every`: of the kept
     arrays, keep every k-th row only. `workers`: number of runs at a time, in threads if the first scenario is compiled,
-    otherwise in processes; None for one per core. `on_result`: called with each outcome as soon as it is known.
-
-    Raises:
-        RunError: a worker process was killed.
+    otherwise in processes; None for one per core. `on_result`: called with each outcome as soon as it is known. Raises RunError
+    if a worker process was killed.
     """
     outcomes: list[Outcome] = []
 

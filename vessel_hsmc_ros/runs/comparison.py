@@ -102,12 +102,8 @@ def default_laws() -> list[str]:
 def prepare(task: Task) -> tuple[Scenario, bool]:
     """Load the scenario of a task; a law that is unstable at the requested rate falls back to FALLBACK_RATE_HZ.
 
-    Returns:
-        The scenario, and whether the rate fell back.
-
-    Raises:
-        ScenarioError: the scenario does not exist or cannot be read.
-        ParameterError: a changed parameter is unknown or out of range.
+    Returns the scenario, and whether the rate fell back. Raises ScenarioError if the scenario does not exist or cannot be read;
+    ParameterError if a changed parameter is unknown or out of range.
     """
     changes = {**task.row.changes, "controller.law": task.law}
     if task.rate_hz is not None:
@@ -197,9 +193,7 @@ class Compared(NamedTuple):
 def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:
     """Compare the metrics of recorded runs, and write their common page and figures into a run folder.
 
-    Raises:
-        BagError: a bag cannot be read or has no odometry.
-        ReportError: the page or a figure cannot be written.
+    Raises BagError if a bag cannot be read or has no odometry; ReportError if the page or a figure cannot be written.
     """
     records = read(bags)
     made = write(records, Options(page=folder.report, figures="png"))

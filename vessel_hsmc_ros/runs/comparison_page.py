@@ -129,8 +129,7 @@ class Overview(NamedTuple):
 def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
     """The rms errors with their verdicts, the largest errors and the actuator travel of all rows.
 
-    Returns:
-        A table for each quantity, with a column for each law; a single one with three columns for a single law.
+    Returns a table for each quantity, with a column for each law; a single one with three columns for a single law.
     """
     laws = list(dict.fromkeys(outcome.law for outcome in outcomes))
     rows = [(row, {outcome.law: outcome for outcome in of_row}) for row, of_row in by_row(outcomes)]

@@ -54,10 +54,8 @@ class Task(NamedTuple):
 def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], None]) -> RunFolder:
     """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it.
 
-    `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others.
-
-    Raises:
-        RunError: ROS is not installed, or other runs use the domains.
+    `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others. Raises RunError if
+    ROS is not installed, or other runs use the domains.
     """
     cores = len(os.sched_getaffinity(0))
     with free_domains(min(cores, len(LAWS))) as domains:
@@ -89,9 +87,7 @@ class Comparison(NamedTuple):
 def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
     """Write a page that overlays the runs of the demonstration.
 
-    Raises:
-        BagError: a bag cannot be read.
-        ReportError: the page or a figure cannot be written.
+    Raises BagError if a bag cannot be read; ReportError if the page or a figure cannot be written.
     """
     from vessel_hsmc_ros.report.making import Options, read, write  # imports the libraries of reports
 

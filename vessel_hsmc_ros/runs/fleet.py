@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 def reserve_namespaces(fleet: Fleet) -> Iterator[None]:
     """A context in which no other run on this machine uses a namespace of the fleet; in lockstep, nor its /clock.
 
-    Raises:
-        RunError: ROS is not installed, or another run uses them.
+    Raises RunError if ROS is not installed, or another run uses them.
     """
     with ExitStack() as held:
         for number, namespace in enumerate(fleet.vessels):
@@ -36,11 +35,7 @@ def reserve_namespaces(fleet: Fleet) -> Iterator[None]:
 def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bool = True) -> Result:
     """Run a fleet by the real nodes over ROS 2 and record it into one bag.
 
-    Returns:
-        The result; a failed run is a result with a nonzero exit code.
-
-    Raises:
-        RunError: ROS is not installed.
+    Returns the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
     """
     supervisor_module()
     from vessel_hsmc_ros.runs.fleet_supervision import spread, supervise_fleet

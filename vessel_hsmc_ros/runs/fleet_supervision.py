@@ -61,10 +61,8 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Proces
 def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, processes: Processes) -> ExitStatus:
     """Start the nodes of all vessels and a recorder, wait until every plant has ended the run, stop them.
 
-    `folder`: run folder with the parameters of the nodes; the bag and the logs are written there.
-
-    Returns:
-        How the run ended; a failure names the node with the namespace of its vessel, and is not raised.
+    `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. Returns how the run ended; a
+    failure names the node with the namespace of its vessel, and is not raised.
     """
     with (
         Interrupts() as interrupts,

@@ -69,11 +69,7 @@ def argument(context: LaunchContext, name: str) -> str:
 
 
 def flag(context: LaunchContext, name: str) -> bool:
-    """A launch argument that is true or false, in capital letters or not.
-
-    Raises:
-        ParameterError: it is neither.
-    """
+    """A launch argument that is true or false, in capital letters or not. Raises ParameterError if it is neither."""
     text = argument(context, name)
     if text.lower() not in ("true", "false"):
         raise ParameterError(f"{name} must be true or false (got {text!r})")
@@ -83,8 +79,7 @@ def flag(context: LaunchContext, name: str) -> bool:
 def namespace_of(context: LaunchContext) -> str:
     """The absolute namespace of the nodes: the argument `namespace` below what `PushRosNamespace` has pushed.
 
-    Raises:
-        ParameterError: it is not a namespace.
+    Raises ParameterError if it is not a namespace.
     """
     given = argument(context, "namespace")
     namespace = str(make_namespace_absolute(prefix_namespace(context.launch_configurations.get("ros_namespace"), given)))

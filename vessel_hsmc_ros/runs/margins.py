@@ -82,9 +82,8 @@ def _actuators(scenario: Scenario) -> tuple[tuple[float, float], tuple[float, fl
 def study(scenario: Scenario) -> Study:
     """Linearise the law of a scenario on its ship, and compute what the reference needs.
 
-    Raises:
-        ParameterError: the law is not compiled, a gain or the reference is not allowed.
-        SimulationError: the motion of the reference is no longer finite.
+    Raises ParameterError if the law is not compiled, a gain or the reference is not allowed; SimulationError if the motion of
+    the reference is no longer finite.
     """
     count = int(min(scenario.vessel_sim.duration or MAX_DURATION, MAX_DURATION) * RATE_HZ)
     motion = trajectory(scenario.reference_ship, RATE_HZ, max(count, 3))

@@ -62,11 +62,8 @@ class ClosedLoop:
     def run(self, progress: Progress | None = None) -> None:
         """Run to the end of the scenario.
 
-        `progress`: called now and then, and at the end, with the number of samples done and their total number.
-
-        Raises:
-            SimulationError: the motion is no longer finite.
-            ControlError: the law is not defined at a state of the run.
+        `progress`: called now and then, and at the end, with the number of samples done and their total number. Raises
+        SimulationError if the motion is no longer finite; ControlError if the law is not defined at a state of the run.
         """
         loop = self._loop
         while loop.done < self.samples:

@@ -53,8 +53,7 @@ class Result:
 def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
     """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock.
 
-    Raises:
-        RunError: ROS is not installed, or another run uses them.
+    Raises RunError if ROS is not installed, or another run uses them.
     """
     context: AbstractContextManager[None] = supervisor_module().exclusive(namespace, lockstep)
     return context
@@ -64,10 +63,8 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
 def free_domains(count: int) -> Iterator[list[str]]:
     """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones.
 
-    `count`: how many there are at most; at least there is one.
-
-    Raises:
-        RunError: ROS is not installed, or there is no such domain.
+    `count`: how many there are at most; at least there is one. Raises RunError if ROS is not installed, or there is no such
+    domain.
     """
     module, given = supervisor_module(), os.environ.get(DOMAIN)
     # After the default the highest ones: people and test tools count upwards, and nodes that are started by hand reserve none.
@@ -101,13 +98,8 @@ def run_nodes(
 
     A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
     namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
-    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default.
-
-    Returns:
-        The result; a failed run is a result with a nonzero exit code.
-
-    Raises:
-        RunError: ROS is not installed.
+    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default. Returns
+    the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
     """
     supervisor = supervisor_module()
     origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
@@ -125,14 +117,9 @@ def run_nodes(
 def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True, with_page: bool = True) -> Result:
     """Run a scenario in this process, without ROS, and write a run folder with its bag.
 
-    A run that fails or is interrupted is recorded up to there, but no page and no figures are made.
-
-    Returns:
-        The result; a failed run is a result with a nonzero exit code.
-
-    Raises:
-        ScenarioError: the scenario has no duration.
-        RunError: the run folder cannot be created, or its parameters cannot be written.
+    A run that fails or is interrupted is recorded up to there, but no page and no figures are made. Returns the result; a
+    failed run is a result with a nonzero exit code. Raises ScenarioError if the scenario has no duration; RunError if the run
+    folder cannot be created, or its parameters cannot be written.
     """
     origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
@@ -185,11 +172,7 @@ def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> 
 
 
 def check_live_port(port: int) -> None:
-    """Check that a live view can be served.
-
-    Raises:
-        RunError: its library is missing, or the port is in use.
-    """
+    """Check that a live view can be served. Raises RunError if its library is missing, or the port is in use."""
     if importlib.util.find_spec("foxglove") is None:
         raise RunError("the live view needs foxglove-sdk, which is not installed: pip install foxglove-sdk")
     try:
@@ -202,9 +185,8 @@ def check_live_port(port: int) -> None:
 def supervisor_module() -> Any:
     """Import the module that needs ROS.
 
-    Raises:
-        InstallationError: two installations of ROS would mix, or the messages are others.
-        RunError: ROS is not installed.
+    Raises InstallationError if two installations of ROS would mix, or the messages are others; RunError if ROS is not
+    installed.
     """
     check_ros()
     try:
@@ -249,11 +231,7 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], w
 
 
 def write_page(folder: RunFolder, records: Sequence["Record"], title: str) -> None:
-    """Write page and figures of the runs of a folder.
-
-    Raises:
-        ReportError: they cannot be written.
-    """
+    """Write page and figures of the runs of a folder. Raises ReportError if they cannot be written."""
     from vessel_hsmc_ros import report
     from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
 

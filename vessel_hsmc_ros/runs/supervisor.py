@@ -243,10 +243,8 @@ def supervise(
     """Start the nodes, wait until the plant ends the run, stop them.
 
     `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. `namespace`: namespace of the
-    nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
-
-    Returns:
-        How the run ended; a failure is not raised.
+    nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view. Returns how the run
+    ended; a failure is not raised.
     """
     extra = injection.arguments() if injection else {}
     names, lockstep = taking_part(scenario.vessel_sim.by_thrusters), scenario.controller.lockstep
@@ -307,9 +305,7 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
 
     In lockstep the plant publishes /clock, which has no namespace: one such run excludes all others of its domain. Of several
     runs that start at the same instant exactly one gets the lock. `domain`: the ROS domain; by default that of this process.
-
-    Raises:
-        RunError: another run uses them.
+    Raises RunError if another run uses them.
     """
     domain = domain or os.environ.get("ROS_DOMAIN_ID", "0")
     shared = {namespace.replace("/", "."): f"namespace /{namespace}"}

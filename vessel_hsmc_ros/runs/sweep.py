@@ -172,12 +172,8 @@ def run_all(
 def check(point: Point) -> Scenario | None:
     """Check the scenario and the values of a point; an unstable gain is allowed, because a sweep shows where it begins.
 
-    Returns:
-        Its scenario; None if a gain is unstable.
-
-    Raises:
-        ScenarioError: the scenario does not exist or cannot be read.
-        ParameterError: a parameter is unknown or a value is out of range.
+    Returns its scenario; None if a gain is unstable. Raises ScenarioError if the scenario does not exist or cannot be read;
+    ParameterError if a parameter is unknown or a value is out of range.
     """
     try:
         return load_scenario(point.scenario, point.changes)
@@ -186,11 +182,7 @@ def check(point: Point) -> Scenario | None:
 
 
 def check_metrics(names: Sequence[str]) -> None:
-    """Check names of metrics.
-
-    Raises:
-        ParameterError: there is no metric of that name.
-    """
+    """Check names of metrics. Raises ParameterError if there is no metric of that name."""
     for name in names:
         if name not in Metrics._fields:
             raise ParameterError(f"--metric {name} is not allowed: it takes any of {', '.join(Metrics._fields)}")

@@ -52,8 +52,7 @@ def notes(axes: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[str]:
 def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> dict[str, Path]:
     """Write sweep.csv with all metrics, sweep.json, sweep.png and sweep.html; returns their paths by kind.
 
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
     kinds = {"page": "html", "picture": "png", "csv": "csv", "json": "json"}
     files = {kind: folder / f"sweep.{suffix}" for kind, suffix in kinds.items()}

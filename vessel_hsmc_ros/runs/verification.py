@@ -76,11 +76,9 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     """Recompute every command of a recorded lockstep run.
 
     `bag`: a bag with `odom`, `reference` and `cmd_wrench`. `scenario`: the bag's own scenario, or a modified one to see the
-    difference. `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same.
-
-    Raises:
-        BagError: the bag lacks a topic, or was recorded in real time.
-        ControlError: the law is not defined for a recorded input.
+    difference. `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same. Raises
+    BagError if the bag lacks a topic, or was recorded in real time; ControlError if the law is not defined for a recorded
+    input.
     """
     if not scenario.controller.lockstep:
         raise BagError(
@@ -222,12 +220,8 @@ class Rerun:
 def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output: Path) -> Rerun:
     """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
 
-    `changes`: values by `node.parameter`.
-
-    Raises:
-        ScenarioError: the bag has no scenario, or the change contradicts it.
-        ParameterError: a parameter is unknown or out of range.
-        BagError: the bag lacks a topic that every run has.
+    `changes`: values by `node.parameter`. Raises ScenarioError if the bag has no scenario, or the change contradicts it;
+    ParameterError if a parameter is unknown or out of range; BagError if the bag lacks a topic that every run has.
     """
     from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 

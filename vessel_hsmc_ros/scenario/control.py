@@ -15,11 +15,7 @@ from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 
 def make_controlled_point(parameters: ControllerParameters) -> ControlledPoint:
-    """Make the point that a controller controls.
-
-    Raises:
-        ParameterError: as `KnownVessel.percussion_point`.
-    """
+    """Make the point that a controller controls. Raises ParameterError as `KnownVessel.percussion_point`."""
     return controlled_point_of(parameters.vessel, 1.0 / parameters.rate_hz)
 
 
@@ -39,9 +35,7 @@ def make_control_loop(
     """Make the control loop of a controller.
 
     `supervised`: whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
-
-    Raises:
-        ParameterError: as `make_law`.
+    Raises ParameterError as `make_law`.
     """
     if supervised is None:
         supervised = not parameters.lockstep or may_intervene(parameters)

@@ -18,9 +18,7 @@ MOST_FAULTS = 1000
 def parse_script(text: str, source: str) -> FaultScript:
     """Make a script from its text.
 
-    Raises:
-        ScenarioError: the text is not a fault script.
-        ParameterError: a setting is unknown, missing or out of range.
+    Raises ScenarioError if the text is not a fault script; ParameterError if a setting is unknown, missing or out of range.
     """
     try:
         document = read_yaml(text)
@@ -39,11 +37,8 @@ def parse_script(text: str, source: str) -> FaultScript:
 def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
     """The script in the section `faults` of a scenario; None if it has none.
 
-    `seed`: the seed of the scenario, which is that of the faults too.
-
-    Raises:
-        ScenarioError: the section is not a list of faults.
-        ParameterError: a setting is unknown, missing or out of range.
+    `seed`: the seed of the scenario, which is that of the faults too. Raises ScenarioError if the section is not a list of
+    faults; ParameterError if a setting is unknown, missing or out of range.
     """
     document = read_yaml(text)
     if not isinstance(document, dict) or FAULTS not in document:

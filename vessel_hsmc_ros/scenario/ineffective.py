@@ -119,10 +119,8 @@ def rules_of(node: str) -> tuple[Rule, ...]:
 def ineffective(node: str, parameters: Any, given: Collection[str], commanded: Collection[str] = ()) -> list[str]:
     """Name the settings of a node that are given and have no effect.
 
-    `commanded`: those among them that a person gave on the command line.
-
-    Returns:
-        One line for each rule that applies, with the parameters as `node.parameter`.
+    `commanded`: those among them that a person gave on the command line. Returns one line for each rule that applies, with the
+    parameters as `node.parameter`.
     """
     values, entries = schema.flatten(parameters), schema.entries(type(parameters))
     other = {name for name in given if name in values and values[name] != entries[name].default}

@@ -52,11 +52,7 @@ def interfaces() -> dict[str, Interface]:
 
 
 def interface(name: str) -> Interface:
-    """The interface of a name.
-
-    Raises:
-        ParameterError: there is none.
-    """
+    """The interface of a name. Raises ParameterError if there is none."""
     known = interfaces()
     if name not in known:
         raise ParameterError(f"--interface {name} is not known: {suggestion(name, known)}")

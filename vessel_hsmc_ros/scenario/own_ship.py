@@ -115,13 +115,9 @@ LOW_SWAY_DAMPING = """
 def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = None) -> str:
     """Write the scenario of a ship of which the main data are known.
 
-    `layout`: its thrusters, which then drive it; their forces are its limits where the data have none.
-
-    Returns:
-        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
-
-    Raises:
-        ParameterError: the ship is too extreme for the ranges of hull data.
+    `layout`: its thrusters, which then drive it; their forces are its limits where the data have none. Returns a commented ROS
+    parameters file: hull, calm water or wind, a circle as reference, and the guided law. Raises ParameterError if the ship is
+    too extreme for the ranges of hull data.
     """
     if layout is not None:
         force, moment = layout.limits()
@@ -154,12 +150,8 @@ def scenario_for(
     `values`: its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used. `vessel`: the
     name of the vessel in the library, or the path of its file, to which the scenario refers. `changes`: single hull data of the
     scenario that differ from the vessel's, by their names. `around`: its wind, current, lag and noise of positions count.
-
-    Returns:
-        A commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided law.
-
-    Raises:
-        ParameterError: a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
+    Returns a commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided
+    law. Raises ParameterError if a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
     """
     data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
     changes = {**changes, **{key.removeprefix(VESSEL): value for key, value in _lags(around.lag).items()}}
@@ -172,8 +164,7 @@ def scenario_for(
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
     """The ship of hull data by their dotted names in a scenario, such as `vessel.length`; other names are not used.
 
-    Raises:
-        ParameterError: a value is out of range.
+    Raises ParameterError if a value is out of range.
     """
     own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
     known = schema.entries(ShipParameters)
@@ -229,10 +220,8 @@ def _filled(
 def thruster_layout(texts: Sequence[str], length: float) -> ThrusterLayout:
     """The fixed thrusters of a boat, each as `x,y,ahead,astern`: its place, m, and its largest thrusts, N.
 
-    `length`: of the boat, m, within which they are.
-
-    Raises:
-        ParameterError: one is not four numbers in their ranges, or together they cannot turn the boat.
+    `length`: of the boat, m, within which they are. Raises ParameterError if one is not four numbers in their ranges, or
+    together they cannot turn the boat.
     """
     rows = [_thruster(text, length) for text in texts]
     sides = ["port" if y > 0.0 else "starboard" for _, y, *_ in rows]
@@ -341,8 +330,7 @@ class NewSurvey(NamedTuple):
 def survey_of(text: str) -> NewSurvey:
     """Read a survey, `legs,length,spacing,speed`.
 
-    Raises:
-        ParameterError: it is not four numbers, or the first is not a whole one.
+    Raises ParameterError if it is not four numbers, or the first is not a whole one.
     """
     try:
         legs, *others = map(number_of, text.split(","))
@@ -356,11 +344,8 @@ def survey_of(text: str) -> NewSurvey:
 def with_survey(text: str, survey: NewSurvey) -> str:
     """A scenario that `own_ship` has written, with a survey for its reference.
 
-    Returns:
-        The scenario; its duration is the planned time of the survey and a tenth of it.
-
-    Raises:
-        ParameterError: a value is out of range, or the ship cannot sail the survey; the message states what would do.
+    Returns the scenario; its duration is the planned time of the survey and a tenth of it. Raises ParameterError if a value is
+    out of range, or the ship cannot sail the survey; the message states what would do.
     """
     names = dict(zip(("legs", "leg_length", "spacing", "speed"), survey, strict=True))
     try:

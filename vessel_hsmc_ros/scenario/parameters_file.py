@@ -33,11 +33,9 @@ def read_parameters(
 
     As in ROS, sections further down override those above, and `/**` stands for all nodes. There the hull data below `vessel.`
     may be given once for all: each node takes those that it declares. `nodes`: the names of the nodes, in whatever namespace,
-    with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out.
-
-    Raises:
-        ScenarioError: the text is not a ROS parameters file, or has a section for another node.
-        ParameterError: no node has hull data of such a name.
+    with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out. Raises
+    ScenarioError if the text is not a ROS parameters file, or has a section for another node; ParameterError if no node has
+    hull data of such a name.
     """
     try:
         document = read_ros_yaml(text)
@@ -160,8 +158,7 @@ class Section:
 def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
     """The parameters that a command line gives to a node, by dotted names.
 
-    Raises:
-        ParameterError: a file or a value cannot be read.
+    Raises ParameterError if a file or a value cannot be read.
     """
     found: dict[str, Given] = {}
     for option, rule in rules(arguments):
@@ -181,8 +178,7 @@ def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
 def missed_sections(arguments: Sequence[str], node: str) -> str:
     """That the files of a command line are for other nodes only; empty if a section names the node, or none names one.
 
-    Raises:
-        ParameterError: a file cannot be read.
+    Raises ParameterError if a file cannot be read.
     """
     named = [each for option, file in rules(arguments) if option in FILE for each in sections(file) if each.named]
     if not named or any(section.reaches(node) for section in named):
@@ -193,11 +189,7 @@ def missed_sections(arguments: Sequence[str], node: str) -> str:
 
 
 def sections(file: str) -> list[Section]:
-    """The sections of a parameters file from top to bottom.
-
-    Raises:
-        ParameterError: the file cannot be read.
-    """
+    """The sections of a parameters file from top to bottom. Raises ParameterError if the file cannot be read."""
     try:
         text = read_text(Path(file))
     except (OSError, UnicodeDecodeError) as error:
@@ -226,10 +218,8 @@ def check_rules(arguments: Sequence[str], name: str, namespace: str) -> None:
     """Check that each rule with a node's name is one of this node.
 
     In a rule of a parameter the name stands for the node in the root namespace, and no namespace can be written before it; in a
-    rule of a topic or service it stands for the node in every namespace.
-
-    Raises:
-        ParameterError: a rule names another node; the message has the rule that would reach this one.
+    rule of a topic or service it stands for the node in every namespace. Raises ParameterError if a rule names another node;
+    the message has the rule that would reach this one.
     """
     full = f"{namespace.rstrip('/')}/{name}"
     for option, rule in rules(arguments):

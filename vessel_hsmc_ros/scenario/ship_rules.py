@@ -82,11 +82,7 @@ class Circle(NamedTuple):
 
 
 def scale_of(ship: ShipParameters) -> Scale:
-    """The units of a ship.
-
-    Raises:
-        ParameterError: its propulsion has no limits, so that it has no top speed.
-    """
+    """The units of a ship. Raises ParameterError if its propulsion has no limits, so that it has no top speed."""
     s = ship
     for name in ("surge_force_limit", "yaw_moment_limit"):
         if math.isinf(getattr(s, name)):
@@ -109,8 +105,7 @@ def _steady(load: float, linear: float, quadratic: float, cubic: float) -> float
 def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
     """A circle that a ship follows with a reserve: 5·L at U/3, wider or slower where that takes too much.
 
-    Raises:
-        ParameterError: no circle of a hundred lengths and more is feasible for this hull.
+    Raises ParameterError if no circle of a hundred lengths and more is feasible for this hull.
     """
 
     def rise_time(speed: float) -> float:
@@ -130,10 +125,7 @@ def feasible_turn(
     """The turn of a curve that a ship follows with a reserve: as tight and fast as wanted, or wider or slower.
 
     `curve`: makes the curve of a radius, m. `size`: radius and speed wanted, m and m/s. `rise_time`: duration of the start up
-    to a speed, s.
-
-    Raises:
-        ParameterError: no such curve is feasible for this hull.
+    to a speed, s. Raises ParameterError if no such curve is feasible for this hull.
     """
     (radius, speed), vessel = size, ship.coefficients()
     for _ in range(ADJUSTMENTS):

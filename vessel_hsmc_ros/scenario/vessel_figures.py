@@ -121,8 +121,7 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
 def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
     """The relative differences of computed figures from the published ones, by name.
 
-    Raises:
-        ParameterError: a published figure is not one of Figures.
+    Raises ParameterError if a published figure is not one of Figures.
     """
     known = [each.name for each in fields(Figures)]
     for name in vessel.published:

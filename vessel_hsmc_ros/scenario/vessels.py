@@ -92,11 +92,8 @@ def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
     """Read a vessel.
 
     `name`: a vessel of the library, such as `otter`, or the path of a vessel file. `folder`: where a relative path starts, if a
-    file is there; else in the working directory.
-
-    Raises:
-        ScenarioError: the vessel is unknown, or its file cannot be read or has sections that are not allowed.
-        ParameterError: a hull datum is unknown, missing or out of range.
+    file is there; else in the working directory. Raises ScenarioError if the vessel is unknown, or its file cannot be read or
+    has sections that are not allowed; ParameterError if a hull datum is unknown, missing or out of range.
     """
     path = _find(name, folder)
     try:
@@ -110,10 +107,7 @@ def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], fold
     """The values of a node, preceded by those of the vessel that they name.
 
     `values`: values by their dotted names; those given override those of the vessel. `folder`: where the path of a vessel file
-    starts.
-
-    Raises:
-        ScenarioError, ParameterError: as `read_vessel`.
+    starts. Raises ScenarioError, ParameterError as `read_vessel`.
     """
     name = values.get(VESSEL_NAME)
     # Flags describe no hull: they are choices of the scenario.

@@ -119,10 +119,8 @@ def keep_brief(brief: Array, k: int, state: Motion, desired: Motion, tau: Wrench
 def advance(start: int, stop: int, state: State, constants: Constants, inputs: Inputs, kept: Kept) -> tuple[int, int, State]:
     """Steps start to stop - 1 of the loop.
 
-    `start`, `stop`: indices of steps. `state`: what the step before `start` has left; its arrays are written in place.
-
-    Returns:
-        Why the loop has stopped, the number of rows that are done, and the state that they have left.
+    `start`, `stop`: indices of steps. `state`: what the step before `start` has left; its arrays are written in place. Returns
+    why the loop has stopped, the number of rows that are done, and the state that they have left.
     """
     periods, plant, controller = state
     c, last = constants.plant, len(inputs.schedule.time) - 1

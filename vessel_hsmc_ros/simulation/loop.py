@@ -34,10 +34,7 @@ def all_terms(law: KernelLaw[Any], stamps: NDArray[np.int64], grid: RateGrid, te
     """The terms of every control period, with what follows from them as in `terms.diagnosed`.
 
     `stamps`: times of the control periods, (m,) ns. `terms`: terms of the kernel, (m, t). `weights`: weights of its networks,
-    (m, k, l).
-
-    Returns:
-        All fields of `Terms`, m rows each.
+    (m, k, l). Returns all fields of `Terms`, m rows each.
     """
     m = len(stamps)
     given = dict(zip(law.terms._fields, terms.T, strict=True))
@@ -120,9 +117,7 @@ class Loop(ABC):
     def advance(self, stop: int) -> None:
         """Go on until `stop` rows are done.
 
-        Raises:
-            SimulationError: the motion is no longer finite.
-            ControlError: the law is not defined at a state of the run.
+        Raises SimulationError if the motion is no longer finite; ControlError if the law is not defined at a state of the run.
         """
 
     @abstractmethod

@@ -169,11 +169,8 @@ class Prepared(NamedTuple):
 def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     """Prepare a run; runs of the same schedule or reference share them.
 
-    `law`: the law, which this does not change; its memory is copied.
-
-    Raises:
-        ParameterError: as `make_reference`.
-        SimulationError: the motion of the reference is no longer finite.
+    `law`: the law, which this does not change; its memory is copied. Raises ParameterError as `make_reference`; SimulationError
+    if the motion of the reference is no longer finite.
     """
     sim, controller, ship = scenario.vessel_sim, scenario.controller, scenario.reference_ship
     period = RateGrid(sim.rate_hz).period

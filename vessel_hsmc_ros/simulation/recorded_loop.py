@@ -93,10 +93,8 @@ def replay_steps(
 def replay_controller(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
     """Compute the commands for a span of recorded messages, and leave law, observer and wrench of the loop as they are then.
 
-    `idle`: an observer that is switched off, for a loop without one.
-
-    Raises:
-        ControlError: the law is not defined for a recorded input.
+    `idle`: an observer that is switched off, for a loop without one. Raises ControlError if the law is not defined for a
+    recorded input.
     """
     law = loop.law
     few = interpreted or len(span) < MIN_COMPILED_STEPS

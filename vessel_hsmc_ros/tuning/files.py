@@ -30,8 +30,7 @@ BEST = "best.yaml"
 def write(folder: Path, result: Result) -> dict[str, Path]:
     """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind.
 
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
     names = {
         "gains": BEST,

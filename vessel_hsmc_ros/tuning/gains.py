@@ -55,11 +55,8 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
 
     `texts`: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
     without a range stands for all gains that match. `present`: a scenario, whose values are the middle of the ranges that are
-    not given.
-
-    Raises:
-        ParameterError: a gain is unknown, not one of the law, not a number or given twice, or its range is not inside the
-            declared one.
+    not given. Raises ParameterError if a gain is unknown, not one of the law, not a number or given twice, or its range is not
+    inside the declared one.
     """
     values = schema.flatten(present.controller)
     entries = schema.entries(controller_parameters())
@@ -135,11 +132,8 @@ def _around(entry: Entry, value: Any) -> Gain:
 def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
     """The same scenario with other parameters of its controller.
 
-    `values`: values by `controller.name`.
-
-    Raises:
-        InstabilityError: a gain is unstable at the controller's rate.
-        ParameterError: a value is out of range, or does not fit another one.
+    `values`: values by `controller.name`. Raises InstabilityError if a gain is unstable at the controller's rate;
+    ParameterError if a value is out of range, or does not fit another one.
     """
     changed = {name.removeprefix(NODE): value for name, value in values.items()}
     controller = schema.build(controller_parameters(), schema.flatten(scenario.controller) | changed, "controller")

@@ -65,11 +65,9 @@ class Case:
 def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
     """The runs of a scenario, a suite or a campaign.
 
-    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file.
-
-    Raises:
-        ScenarioError: there is no such scenario, suite or campaign, or it cannot be read.
-        ParameterError: a parameter is unknown or out of range.
+    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file. Raises ScenarioError if
+    there is no such scenario, suite or campaign, or it cannot be read; ParameterError if a parameter is unknown or out of
+    range.
     """
     changes = {**changes, **({LAW: law} if law else {})}
     kind = _kind(source)
@@ -123,11 +121,7 @@ def _reseeded(scenario: Scenario) -> Scenario:
 
 
 def law_of(cases: Sequence[Case]) -> str:
-    """The law of all cases.
-
-    Raises:
-        ScenarioError: there is no case, or the cases have several laws.
-    """
+    """The law of all cases. Raises ScenarioError if there is no case, or the cases have several laws."""
     laws = sorted({case.scenario.controller.law for case in cases})
     if not laws:
         raise ScenarioError("a tuning without runs is not allowed: the suite has no rows")
@@ -188,10 +182,8 @@ class Objective:
     def check(self, values: Array, failures: Sequence[str]) -> None:
         """Check that there is something to minimise.
 
-        `values`: the metrics of all runs, (n, 2).
-
-        Raises:
-            ParameterError: no run has a value of a metric, although none failed: a limit that it refers to is not set.
+        `values`: the metrics of all runs, (n, 2). Raises ParameterError if no run has a value of a metric, although none
+        failed: a limit that it refers to is not set.
         """
         for name, column in zip((self.metric, self.second), values.T, strict=True):
             if name != SETTLING and np.isnan(column).all() and not any(failures):
@@ -200,10 +192,8 @@ class Objective:
     def scales(self, cases: Sequence[Case], present: Array) -> Array:
         """The scales of all runs, (n, 2).
 
-        `present`: the two metrics with the present gains, (n, 2), NaN where they have none.
-
-        Returns:
-            The limits of the cases, else the present values, else 1.
+        `present`: the two metrics with the present gains, (n, 2), NaN where they have none. Returns the limits of the cases,
+        else the present values, else 1.
         """
         limits = [[case.limits.get(name, np.nan) for name in (self.metric, self.second)] for case in cases]
         scales = np.where(np.isnan(limits), present, np.array(limits))
@@ -221,8 +211,7 @@ class Objective:
 def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
     """The objective by the names of the command line; without a second metric the effort is only evaluated.
 
-    Raises:
-        ParameterError: there is no metric of that name, or both are the same.
+    Raises ParameterError if there is no metric of that name, or both are the same.
     """
     second = next(name for name in EFFORTS if name != metric) if second_metric is None else second_metric
     return Objective(metric, second, second_metric is not None, aggregate)
@@ -310,9 +299,7 @@ class Tuning:
     def scenarios(self, gains: Mapping[str, float]) -> list[Scenario]:
         """The scenarios of all cases with other gains.
 
-        Raises:
-            InstabilityError: a gain is unstable at the rate of the law.
-            ParameterError: a gain does not fit another one.
+        Raises InstabilityError if a gain is unstable at the rate of the law; ParameterError if a gain does not fit another one.
         """
         return [with_gains(case.scenario, gains) for case in self.cases]
 

@@ -32,10 +32,8 @@ def open_study(folder: Path, objectives: int, definition: Mapping[str, Any]) -> 
     """Open the study in a folder, or begin one; no other process can open it meanwhile.
 
     `folder`: an existing folder; the study is in its file journal.log. `definition`: what defines the tuning, in JSON types.
-
-    Raises:
-        RunError: another process tunes in this folder, or the journal cannot be written.
-        ScenarioError: the journal is not one, or belongs to another tuning.
+    Raises RunError if another process tunes in this folder, or the journal cannot be written; ScenarioError if the journal is
+    not one, or belongs to another tuning.
     """
     path = folder / "journal.log"
     try:
@@ -139,12 +137,9 @@ def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], re
     """Search the gains with the smallest cost; what a folder already contains is continued.
 
     `trials`: the number of trials, with those that the folder contains. `report`: called with the number of evaluated trials,
-    in fractions, and a note on the best so far.
-
-    Raises:
-        ParameterError: no trial has completed, or no run has a value of a metric.
-        ScenarioError: the folder belongs to another tuning.
-        RunError: another process is tuning in the folder, or it cannot be written.
+    in fractions, and a note on the best so far. Raises ParameterError if no trial has completed, or no run has a value of a
+    metric; ScenarioError if the folder belongs to another tuning; RunError if another process is tuning in the folder, or it
+    cannot be written.
     """
     with open_study(folder, 1 + tuning.objective.two, tuning.definition()) as study:
         present = tuning.evaluate(tuning.cases, {})
@@ -170,8 +165,7 @@ def _note(trials: Sequence[Trial], present: Cost) -> str:
 def front_of(trials: Sequence[Trial]) -> list[Trial]:
     """The trials that no other one beats in both cost and effort, in the order of their cost.
 
-    Raises:
-        ParameterError: no trial has completed.
+    Raises ParameterError if no trial has completed.
     """
     completed = sorted((trial for trial in trials if trial.cost is not None), key=_cost)
     if not completed:
