@@ -91,16 +91,11 @@ class Location(NamedTuple):
 
 @dataclass
 class Layout:
-    """The locations of all fields of a message, for messages of one size with the same `lengths`.
+    """The locations of all fields of a message, for messages of one size with the same `lengths`."""
 
-    Attributes:
-        size: Bytes of the message with its encapsulation header.
-        fields: Locations by dotted names.
-        lengths: Locations of the encapsulation and of the lengths of strings and sequences, and their values.
-    """
-
-    size: int
-    fields: dict[str, Location] = field(default_factory=dict)
+    size: int  # bytes of the message with its encapsulation header
+    fields: dict[str, Location] = field(default_factory=dict)  # locations by dotted names
+    # locations of the encapsulation and of the lengths of strings and sequences, and their values
     lengths: dict[Location, int] = field(default_factory=dict)
 
     def gather(self, data: Array, starts: Array, names: Sequence[str]) -> dict[str, Array] | None:

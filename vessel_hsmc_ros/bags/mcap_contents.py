@@ -50,36 +50,27 @@ DAMAGE = (
 
 @dataclass
 class Contents:
-    """The contents of a file and their locations.
-
-    Attributes:
-        end: Offset of the end of the last complete record in the data section.
-        complete: Whether the file was closed: it has a summary with an index of its chunks, and a footer.
-        profile: The profile in the file's header, `ros2` for rosbag2.
-        chunks: Index of the undamaged chunks.
-        counts: Messages by channel id.
-        metadata, attachments: Offset, length and content of each record.
-        start_time, end_time: First and last log time, ns; None and 0 without messages.
-        damaged: Offset and length of what cannot be read between readable records, as a chunk that does not match its checksum.
-        unindexed: The last chunk's message indexes that are missing in the file, by channel id.
-        loose: Whether messages lie outside of chunks.
-    """
+    """The contents of a file and their locations."""
 
     path: Path
-    end: int = 0
-    complete: bool = False
-    profile: str = ""
+    end: int = 0  # offset of the end of the last complete record in the data section
+    complete: bool = False  # whether the file was closed: it has a summary with an index of its chunks, and a footer
+    profile: str = ""  # the profile in the file's header, `ros2` for rosbag2
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
-    chunks: list[ChunkIndex] = field(default_factory=list)
-    counts: Counter[int] = field(default_factory=Counter)
+    chunks: list[ChunkIndex] = field(default_factory=list)  # index of the undamaged chunks
+    counts: Counter[int] = field(default_factory=Counter)  # messages by channel id
+    # metadata, attachments: offset, length and content of each record
     metadata: list[tuple[int, int, Metadata]] = field(default_factory=list)
     attachments: list[tuple[int, int, Attachment]] = field(default_factory=list)
+    # start_time, end_time: first and last log time, ns; None and 0 without messages
     start_time: int | None = None
     end_time: int = 0
+    # offset and length of what cannot be read between readable records, as a chunk that does not match its checksum
     damaged: list[tuple[int, int]] = field(default_factory=list)
+    # the last chunk's message indexes that are missing in the file, by channel id
     unindexed: dict[int, MessageIndex] = field(default_factory=dict)
-    loose: bool = False
+    loose: bool = False  # whether messages lie outside of chunks
 
     def extend_times(self, start: int, end: int) -> None:
         """Include messages with log times from `start` to `end` in the file's time range."""

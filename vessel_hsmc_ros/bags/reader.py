@@ -43,34 +43,21 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
 class Event(NamedTuple):
-    """Something that happened to a node.
+    """Something that happened to a node."""
 
-    Attributes:
-        time: Since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect.
-        node: Name of the node, without its namespace.
-        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`.
-        text: Details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`.
-    """
-
-    time: float
-    node: str
-    kind: str
-    text: str
+    time: float  # since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect
+    node: str  # name of the node, without its namespace
+    kind: str  # `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`
+    text: str  # details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`
 
 
 class VesselRecord(NamedTuple):
-    """What a bag has of one vessel.
+    """What a bag has of one vessel."""
 
-    Attributes:
-        topics: Its topics with messages, of `run_from_bag.TOPICS`, by their names without its namespace.
-        start: Stamp at which the time of the run is zero, ns.
-        events: As `Bag.events`.
-    """
-
-    topics: run_from_bag.Topics
+    topics: run_from_bag.Topics  # its topics with messages, of `run_from_bag.TOPICS`, by their names without its namespace
     run: Run
-    start: int
-    events: list[Event]
+    start: int  # stamp at which the time of the run is zero, ns
+    events: list[Event]  # as `Bag.events`
 
 
 def read_events(messages: Iterable[Any], start: int) -> list[Event]:

@@ -18,21 +18,13 @@ from vessel_hsmc_ros.core.exceptions import BagError
 
 @dataclass(frozen=True)
 class Repair:
-    """The result of a repair.
+    """The result of a repair."""
 
-    Attributes:
-        messages: Number of readable messages.
-        files: Number of files that were completed.
-        cut: Bytes cut off at the ends of files, which did not make a complete record.
-        damaged: Chunks and other records disabled, because their bytes are damaged.
-        described: Whether metadata.yaml was rewritten.
-    """
-
-    messages: int
-    files: int
-    cut: int
-    damaged: int
-    described: bool
+    messages: int  # number of readable messages
+    files: int  # number of files that were completed
+    cut: int  # bytes cut off at the ends of files, which did not make a complete record
+    damaged: int  # chunks and other records disabled, because their bytes are damaged
+    described: bool  # whether metadata.yaml was rewritten
 
 
 def is_complete(directory: Path) -> bool:

@@ -22,25 +22,16 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 @dataclass
 class Topic:
-    """A recorded topic.
-
-    Attributes:
-        kind: Its message type, such as `nav_msgs/msg/Odometry`.
-        definition: The type's text in the form ros2msg with all types that it uses.
-        type_hash: RIHS01 hash of the type.
-        qos: The profiles that its publishers offered, as `qos_entry` gives them.
-        count: Number of messages so far.
-        channel: Id of its channel in the current file.
-    """
+    """A recorded topic."""
 
     name: str
-    kind: str
-    definition: str
-    type_hash: str
-    qos: list[dict[str, Any]]
+    kind: str  # its message type, such as `nav_msgs/msg/Odometry`
+    definition: str  # the type's text in the form ros2msg with all types that it uses
+    type_hash: str  # RIHS01 hash of the type
+    qos: list[dict[str, Any]]  # the profiles that its publishers offered, as `qos_entry` gives them
     encoding: str = "cdr"
-    count: int = field(default=0, init=False)
-    channel: int = field(default=0, init=False)
+    count: int = field(default=0, init=False)  # number of messages so far
+    channel: int = field(default=0, init=False)  # id of its channel in the current file
 
 
 class FileEntry(NamedTuple):

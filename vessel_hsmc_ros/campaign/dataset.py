@@ -189,16 +189,11 @@ def _pyarrow() -> Any:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a campaign that was run.
-
-    Attributes:
-        run: Number of the row.
-        values: Its columns by their names; empty if it is not computed yet.
-    """
+    """A row of a campaign that was run."""
 
     campaign: Campaign
-    run: int
-    values: Mapping[str, Any]
+    run: int  # number of the row
+    values: Mapping[str, Any]  # its columns by their names; empty if it is not computed yet
 
     @classmethod
     def read(cls, folder: Path | str, run: int) -> "Row":

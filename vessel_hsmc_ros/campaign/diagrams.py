@@ -70,21 +70,16 @@ class Bars(NamedTuple):
 
 
 class Scatter(NamedTuple):
-    """Runs of a law one by one.
-
-    Attributes:
-        x, y, colour: What is drawn across, up and as colour.
-        values: Their values, (3, n).
-        runs: Numbers of the runs, (n,).
-        failed, ended: Whether each failed, and whether it ended early and so has no metric, (n,).
-    """
+    """Runs of a law one by one."""
 
     law: str
+    # x, y, colour: what is drawn across, up and as colour
     x: Axis
     y: Axis
     colour: Axis
-    values: Array
-    runs: NDArray[np.int64]
+    values: Array  # their values, (3, n)
+    runs: NDArray[np.int64]  # numbers of the runs, (n,)
+    # failed, ended: whether each failed, and whether it ended early and so has no metric, (n,)
     failed: NDArray[np.bool_]
     ended: NDArray[np.bool_]
 

@@ -204,23 +204,14 @@ LISTS = (tuple[float, ...], tuple[str, ...])
 
 @dataclass(frozen=True)
 class Drawn:
-    """A parameter with a distribution.
+    """A parameter with a distribution."""
 
-    Attributes:
-        name: As in the campaign file: `node.parameter`, `vessel.parameter` for all nodes, `node.parameter[0]` for an element.
-        parameter: The same without the element.
-        element: Number of the element; None for the entire parameter.
-        entry: Declaration of the parameter.
-        distribution: Of the value, or of its factor; truncated to the range of the parameter.
-        factor: What a drawn number is multiplied by: the base value where the file has `relative`, else 1.
-    """
-
-    name: str
-    parameter: str
-    element: int | None
-    entry: Entry
-    distribution: Continuous | Choice | Grid
-    factor: float = 1.0
+    name: str  # as in the campaign file: `node.parameter`, `vessel.parameter` for all nodes, `node.parameter[0]` for an element
+    parameter: str  # the same without the element
+    element: int | None  # number of the element; None for the entire parameter
+    entry: Entry  # declaration of the parameter
+    distribution: Continuous | Choice | Grid  # of the value, or of its factor; truncated to the range of the parameter
+    factor: float = 1.0  # what a drawn number is multiplied by: the base value where the file has `relative`, else 1
 
     @property
     def type(self) -> Any:

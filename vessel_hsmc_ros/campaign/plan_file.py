@@ -33,19 +33,12 @@ LENGTHS = "lengths"
 
 
 class Source(NamedTuple):
-    """The texts that define a campaign, from which any process can make it.
+    """The texts that define a campaign, from which any process can make it."""
 
-    Attributes:
-        name: Name of the campaign: that of its file.
-        text: Content of the campaign file.
-        scenario_name: Name of the base scenario.
-        scenario: Its ROS parameters file.
-    """
-
-    name: str
-    text: str
-    scenario_name: str
-    scenario: str
+    name: str  # name of the campaign: that of its file
+    text: str  # content of the campaign file
+    scenario_name: str  # name of the base scenario
+    scenario: str  # its ROS parameters file
 
 
 T = TypeVar("T", bound="CampaignFile")
@@ -53,31 +46,18 @@ T = TypeVar("T", bound="CampaignFile")
 
 @dataclass(frozen=True)
 class CampaignFile:
-    """The content of a campaign file, checked as far as is possible without its runs.
+    """The content of a campaign file, checked as far as is possible without its runs."""
 
-    Attributes:
-        source: The texts that define it.
-        changes: Fixed changes to the scenario, by `node.parameter`.
-        variants: The changes of each run of a draw, by the names of the variants.
-        repetitions: Number of draws, for each combination of the grids if there are any.
-        sampling: One of `sampling.METHODS`.
-        seed: Of all random numbers.
-        parameters: The drawn parameters in the order of the file.
-        limits: Largest magnitudes of metrics: a run above any is a failure.
-        limits_in_lengths: The same in lengths of the hull.
-        chunk: Number of runs in a file of the dataset.
-    """
-
-    source: Source
-    changes: Mapping[str, object]
-    variants: Mapping[str, Mapping[str, object]]
-    repetitions: int
-    sampling: str
-    seed: int
-    parameters: tuple[Drawn, ...]
-    limits: Mapping[str, float]
-    limits_in_lengths: Mapping[str, float]
-    chunk: int
+    source: Source  # the texts that define it
+    changes: Mapping[str, object]  # fixed changes to the scenario, by `node.parameter`
+    variants: Mapping[str, Mapping[str, object]]  # the changes of each run of a draw, by the names of the variants
+    repetitions: int  # number of draws, for each combination of the grids if there are any
+    sampling: str  # one of `sampling.METHODS`
+    seed: int  # of all random numbers
+    parameters: tuple[Drawn, ...]  # the drawn parameters in the order of the file
+    limits: Mapping[str, float]  # largest magnitudes of metrics: a run above any is a failure
+    limits_in_lengths: Mapping[str, float]  # the same in lengths of the hull
+    chunk: int  # number of runs in a file of the dataset
 
     @classmethod
     def parse(cls: type[T], source: Source, runs: int | None = None) -> T:

@@ -37,14 +37,10 @@ _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
 
 @dataclass(frozen=True)
 class Results:
-    """Runs of a campaign.
-
-    Attributes:
-        rows: The columns of its dataset, (n,) each.
-    """
+    """Runs of a campaign."""
 
     campaign: Campaign
-    rows: Mapping[str, Column]
+    rows: Mapping[str, Column]  # the columns of its dataset, (n,) each
 
     def __len__(self) -> int:
         return len(self.rows["run"])

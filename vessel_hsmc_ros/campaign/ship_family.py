@@ -149,17 +149,11 @@ EIGHT = FigureEight(1.0).period / (2.0 * math.pi * CLOSING)
 
 
 class Course(NamedTuple):
-    """What a ship follows.
+    """What a ship follows."""
 
-    Attributes:
-        changes: Of the scenario, always the same names.
-        period: After which the motion repeats, s; 0 for a motion that does not change.
-        rise_time: Duration of the start from rest, s.
-    """
-
-    changes: Changes
-    period: float
-    rise_time: float
+    changes: Changes  # of the scenario, always the same names
+    period: float  # after which the motion repeats, s; 0 for a motion that does not change
+    rise_time: float  # duration of the start from rest, s
 
 
 class Turn(NamedTuple):

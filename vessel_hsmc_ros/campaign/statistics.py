@@ -35,19 +35,14 @@ class Quantile(NamedTuple):
 
 
 class Paired(NamedTuple):
-    """Two laws on the same draws.
+    """Two laws on the same draws."""
 
-    Attributes:
-        better, worse, equal: Numbers of draws in which the first has the smaller value, the larger one, the same.
-        share: Confidence interval of the probability that the first is better, among draws in which they differ.
-        ratio: Median ratio of the first's value to the second's, over the draws in which both have one.
-    """
-
+    # better, worse, equal: numbers of draws in which the first has the smaller value, the larger one, the same
     better: int
     worse: int
     equal: int
-    share: Interval
-    ratio: Quantile
+    share: Interval  # confidence interval of the probability that the first is better, among draws in which they differ
+    ratio: Quantile  # median ratio of the first's value to the second's, over the draws in which both have one
 
 
 def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) -> Interval:
@@ -167,19 +162,14 @@ RESAMPLES = 100
 
 
 class Influence(NamedTuple):
-    """The influence of a parameter on a metric.
-
-    Attributes:
-        first_order: First-order sensitivity index: the share of the variance of the metric's ranks that this parameter explains
-            alone, from 0 to 1; an estimate may be slightly negative.
-        uncertainty: Half the width of the confidence interval of the index.
-        correlation: Spearman's rank correlation, from -1 to 1; NaN for a parameter that is not a number.
-    """
+    """The influence of a parameter on a metric."""
 
     parameter: str
+    # first-order sensitivity index: the share of the variance of the metric's ranks that this parameter explains alone, from 0
+    # to 1; an estimate may be slightly negative
     first_order: float
-    uncertainty: float
-    correlation: float
+    uncertainty: float  # half the width of the confidence interval of the index
+    correlation: float  # spearman's rank correlation, from -1 to 1; NaN for a parameter that is not a number
 
     @property
     def clear(self) -> bool:

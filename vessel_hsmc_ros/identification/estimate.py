@@ -58,19 +58,12 @@ PERFECT = 1e-6
 
 
 class Fit(NamedTuple):
-    """The end of the refinements.
+    """The end of the refinements."""
 
-    Attributes:
-        full: The residuals as a function of all parameters that have an effect of their own.
-        shooting: The same of those that the runs determine.
-        vector: Their estimates, (p,).
-        held: The reasons for the others, by name.
-    """
-
-    full: Shooting
-    shooting: Shooting
-    vector: Array
-    held: dict[str, str]
+    full: Shooting  # the residuals as a function of all parameters that have an effect of their own
+    shooting: Shooting  # the same of those that the runs determine
+    vector: Array  # their estimates, (p,)
+    held: dict[str, str]  # the reasons for the others, by name
 
 
 def identify(

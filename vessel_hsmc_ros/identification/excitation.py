@@ -37,18 +37,13 @@ SPIRAL = (1.0, 0.6, 0.3, -0.3, -0.6, -1.0)
 
 
 class Step(NamedTuple):
-    """Inputs that are held for a time.
+    """Inputs that are held for a time."""
 
-    Attributes:
-        manoeuvre: The manoeuvre to which the step belongs.
-        surge, yaw: Surge force and yaw moment as shares of F and N.
-        duration: s.
-    """
-
-    manoeuvre: str
+    manoeuvre: str  # the manoeuvre to which the step belongs
+    # surge, yaw: surge force and yaw moment as shares of F and N
     surge: float
     yaw: float
-    duration: float
+    duration: float  # s
 
 
 def excitation(scale: Scale) -> list[Step]:

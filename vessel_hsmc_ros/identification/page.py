@@ -30,18 +30,12 @@ PARAMETERS_HEAD = ["parameter", "estimate", "standard error", "relative", "unit"
 
 
 class HeldOut(NamedTuple):
-    """A run that the identification has not used.
-
-    Attributes:
-        prediction: With the identified parameters.
-        before: With the start vessel; None without one.
-        load: The steady force or current that fits the run best.
-    """
+    """A run that the identification has not used."""
 
     run: Measurements
-    prediction: Prediction
-    before: Prediction | None
-    load: SteadyLoad
+    prediction: Prediction  # with the identified parameters
+    before: Prediction | None  # with the start vessel; None without one
+    load: SteadyLoad  # the steady force or current that fits the run best
 
 
 UNUSUAL = 2.0

@@ -35,23 +35,15 @@ UNSCALED_PARAMETERS = (*NOT_NEGATIVE, *GAINS)
 
 @dataclass
 class Shooting:
-    """The residuals of all windows as a function of the parameters.
-
-    Attributes:
-        length: Their length, s.
-        around: Initial states of the windows by the smoother, (w, 6).
-        spread: How far the initial states may be from these: their standard deviation by column, (6,).
-        noise: Standard deviation of each column of the measurements, (6,).
-        scale: A change of each parameter that matters, (p,), for finite differences.
-    """
+    """The residuals of all windows as a function of the parameters."""
 
     unknowns: Unknowns
     cut: Windows
-    length: float
-    around: Array
-    spread: Array
-    noise: Array
-    scale: Array
+    length: float  # their length, s
+    around: Array  # initial states of the windows by the smoother, (w, 6)
+    spread: Array  # how far the initial states may be from these: their standard deviation by column, (6,)
+    noise: Array  # standard deviation of each column of the measurements, (6,)
+    scale: Array  # a change of each parameter that matters, (p,), for finite differences
 
     def __post_init__(self) -> None:
         self.starts = self.around

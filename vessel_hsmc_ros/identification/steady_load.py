@@ -29,17 +29,13 @@ EXPLAINED = 0.5
 
 
 class SteadyLoad(NamedTuple):
-    """A steady force or a steady current in the earth frame.
+    """A steady force or a steady current in the earth frame."""
 
-    Attributes:
-        kind: `force` or `current`.
-        x, y: Its components, N or m/s.
-        before, after: Rms position errors of the prediction without and with it, m.
-    """
-
-    kind: str
+    kind: str  # `force` or `current`
+    # x, y: its components, N or m/s
     x: float
     y: float
+    # before, after: rms position errors of the prediction without and with it, m
     before: float
     after: float
 

@@ -31,21 +31,15 @@ TOLERANCE = 1.1
 
 
 class Smoothed(NamedTuple):
-    """A smoothed run.
+    """A smoothed run."""
 
-    Attributes:
-        pose, velocity, acceleration: x, y, heading; u, v, r; du, dv, dr: (n, 3) each.
-        noise: Standard deviation of the measured x, y, heading, u, v, r, (6,); NaN where not measured.
-        error: The same of the smoothed ones, (6,), as far as it comes from noise.
-        bandwidth: Length of the polynomials' window, s.
-    """
-
+    # pose, velocity, acceleration: x, y, heading; u, v, r; du, dv, dr: (n, 3) each
     pose: Array
     velocity: Array
     acceleration: Array
-    noise: Array
-    error: Array
-    bandwidth: float
+    noise: Array  # standard deviation of the measured x, y, heading, u, v, r, (6,); NaN where not measured
+    error: Array  # the same of the smoothed ones, (6,), as far as it comes from noise
+    bandwidth: float  # length of the polynomials' window, s
 
     @property
     def states(self) -> Array:
@@ -104,29 +98,20 @@ LARGEST_STEP = 0.25
 
 
 class Windows(NamedTuple):
-    """Windows of runs, with one row each, padded at their ends to the same number of samples.
+    """Windows of runs, with one row each, padded at their ends to the same number of samples."""
 
-    Attributes:
-        times: Time from each sample to the next, zero in the padding, (w, k), s.
-        wrench: (w, k, 3).
-        measured: x, y, psi, u, v, r, (w, k, 6); NaN where not measured and in the padding.
-        begin, end: The samples of each window among those of all runs, (w,) each.
-        steps: Steps of integration from a sample to the next.
-        at: Times of the samples, runs one after the other with a gap, (w, k), s.
-        knots, impulse: Times and integral of the wrench of all runs, (m,), s, and (m, 3).
-        run: Index of the run of each window, (w,).
-    """
-
-    times: Array
-    wrench: Array
-    measured: Array
+    times: Array  # time from each sample to the next, zero in the padding, (w, k), s
+    wrench: Array  # (w, k, 3)
+    measured: Array  # x, y, psi, u, v, r, (w, k, 6); NaN where not measured and in the padding
+    # begin, end: the samples of each window among those of all runs, (w,) each
     begin: Integers
     end: Integers
-    steps: int
-    at: Array
+    steps: int  # steps of integration from a sample to the next
+    at: Array  # times of the samples, runs one after the other with a gap, (w, k), s
+    # knots, impulse: times and integral of the wrench of all runs, (m,), s, and (m, 3)
     knots: Array
     impulse: Array
-    run: Integers
+    run: Integers  # index of the run of each window, (w,)
 
     def delayed(self, delay: float) -> Array:
         """The mean wrench from each sample to the next, (w, k, 3), if it acts later than it is recorded.

@@ -29,19 +29,12 @@ SPIRAL_STEPS, SPEED_STEPS = 15, 8
 
 
 class Plan(NamedTuple):
-    """What a manoeuvre needs.
+    """What a manoeuvre needs."""
 
-    Attributes:
-        settings: Parameters of the law.
-        duration: Estimated time from the execute to the end, s.
-        hold: Estimated time of each step, s; 0 for manoeuvres without steps.
-        moored: Whether the ship is kept at rest.
-    """
-
-    settings: dict[str, object]
-    duration: float
-    hold: float = 0.0
-    moored: bool = False
+    settings: dict[str, object]  # parameters of the law
+    duration: float  # estimated time from the execute to the end, s
+    hold: float = 0.0  # estimated time of each step, s; 0 for manoeuvres without steps
+    moored: bool = False  # whether the ship is kept at rest
 
 
 def _turn(ship: Ship) -> Plan:
@@ -134,22 +127,14 @@ STRETCHES = (1.0, 2.0, 4.0, 8.0)
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A simulated manoeuvre.
-
-    Attributes:
-        scenario: Its scenario, which the nodes can run as well.
-        track: From the execute on.
-        metrics: By their names; NaN for what was not reached.
-        complete: Whether all metrics were reached, and the steady ones are steady.
-        failure: Why the simulation ended early, in one line; empty if it did not.
-    """
+    """A simulated manoeuvre."""
 
     name: str
-    scenario: Scenario
-    track: Track
-    metrics: Metrics
-    complete: bool
-    failure: str = ""
+    scenario: Scenario  # its scenario, which the nodes can run as well
+    track: Track  # from the execute on
+    metrics: Metrics  # by their names; NaN for what was not reached
+    complete: bool  # whether all metrics were reached, and the steady ones are steady
+    failure: str = ""  # why the simulation ended early, in one line; empty if it did not
 
 
 @dataclass(frozen=True)

@@ -52,32 +52,23 @@ SHIP = {"vessel_sim": ("vessel.", "actuators."), "reference_ship": ("vessel.",),
 
 @dataclass(frozen=True)
 class Ship:
-    """A ship in still water with its scales.
+    """A ship in still water with its scales."""
 
-    Attributes:
-        name: Of the vessel or scenario.
-        scenario: The ship without disturbances, sensors perfect, at rest at the origin.
-        length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V.
-        top_force, approach_force: X(U), X(V).
-        astern_force: Largest surge force astern, at most X_max; without a layout of thrusters X_max.
-        turn_rate: r_N.
-        time: T.
-        delay: Time in which the actuators reach their limits: lags and rates, s.
-    """
-
-    name: str
-    scenario: Scenario
+    name: str  # of the vessel or scenario
+    scenario: Scenario  # the ship without disturbances, sensors perfect, at rest at the origin
+    # length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V
     length: float
     largest_force: float
     largest_moment: float
     top_speed: float
     speed: float
+    # top_force, approach_force: X(U), X(V)
     top_force: float
     approach_force: float
-    astern_force: float
-    turn_rate: float
-    time: float
-    delay: float
+    astern_force: float  # largest surge force astern, at most X_max; without a layout of thrusters X_max
+    turn_rate: float  # r_N
+    time: float  # T
+    delay: float  # time in which the actuators reach their limits: lags and rates, s
 
 
 def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) -> Ship:

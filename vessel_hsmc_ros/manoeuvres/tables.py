@@ -20,17 +20,12 @@ SHORTEST = 100.0
 
 
 class Criterion(NamedTuple):
-    """An upper limit of a metric.
-
-    Attributes:
-        limit: In the unit of the metric.
-        text: The limit as the resolution gives it.
-    """
+    """An upper limit of a metric."""
 
     manoeuvre: str
     metric: str
-    limit: float
-    text: str
+    limit: float  # in the unit of the metric
+    text: str  # the limit as the resolution gives it
 
 
 def criteria(length: float, speed: float) -> list[Criterion]:
@@ -95,18 +90,15 @@ MARGIN = 1e-3
 
 
 class Row(NamedTuple):
-    """A metric as text.
-
-    Attributes:
-        label, value, lengths: Name in words; value with unit; the same in ship lengths, empty where it is no length.
-        limit, verdict: The criterion, and `within` or `beyond`; empty where there is none.
-    """
+    """A metric as text."""
 
     manoeuvre: str
     metric: str
+    # label, value, lengths: name in words; value with unit; the same in ship lengths, empty where it is no length
     label: str
     value: str
     lengths: str
+    # limit, verdict: the criterion, and `within` or `beyond`; empty where there is none
     limit: str
     verdict: str
 

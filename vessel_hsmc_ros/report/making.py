@@ -72,29 +72,21 @@ PAGE = "report.html"
 
 @dataclass(frozen=True)
 class Options:
-    """The requested files and their properties.
+    """The requested files and their properties."""
 
-    Attributes:
-        page: The page's file; None for the default of `page_of`.
-        title: Headline of the page; None for the names of the runs.
-        namespace: ROS namespace of the vessel, in bags that hold several.
-        odometry, wrench: Topics of them, where they are not found by name or type.
-        figures: png or svg; None for no figures.
-        csv, parquet: Whether to write tables.
-        hull: Dimensions of the ship that is drawn, by default those of the first run's ship.
-        notes: Paragraphs below the headline.
-    """
-
-    page: Path | None = None
-    title: str | None = None
-    namespace: str | None = None
+    page: Path | None = None  # the page's file; None for the default of `page_of`
+    title: str | None = None  # headline of the page; None for the names of the runs
+    namespace: str | None = None  # ROS namespace of the vessel, in bags that hold several
+    # odometry, wrench: topics of them, where they are not found by name or type
     odometry: str = ""
     wrench: str = ""
-    figures: str | None = None
+    figures: str | None = None  # png or svg; None for no figures
+    # csv, parquet: whether to write tables
     csv: bool = False
     parquet: bool = False
+    # dimensions of the ship that is drawn, by default those of the first run's ship
     hull: DrawnHull = field(default_factory=DrawnHull)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # paragraphs below the headline
 
 
 @dataclass(frozen=True)

@@ -27,25 +27,17 @@ DIAGRAM_SCRIPTS = ("data.js", "theme.js", "diagram.js", "figures.js")
 
 
 class Section(NamedTuple):
-    """A part of a page of sections.
-
-    Attributes:
-        text: A paragraph below it; empty for none.
-        picture: A PNG picture; empty for none.
-        head, lines: A table; without lines there is none.
-        texts: How many columns of the table on the left are text; the others are numbers.
-        prose: Whether the last column is text too.
-        marked: First cells of the lines that are emphasised.
-    """
+    """A part of a page of sections."""
 
     title: str
-    text: str = ""
-    picture: bytes = b""
+    text: str = ""  # a paragraph below it; empty for none
+    picture: bytes = b""  # a PNG picture; empty for none
+    # head, lines: a table; without lines there is none
     head: Sequence[str] = ()
     lines: Sequence[Sequence[str]] = ()
-    texts: int = 1
-    prose: bool = False
-    marked: Collection[str] = ()
+    texts: int = 1  # how many columns of the table on the left are text; the others are numbers
+    prose: bool = False  # whether the last column is text too
+    marked: Collection[str] = ()  # first cells of the lines that are emphasised
 
     @property
     def source(self) -> str:

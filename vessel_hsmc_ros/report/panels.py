@@ -18,15 +18,10 @@ Array = NDArray[np.float64]
 
 
 class Buckets(NamedTuple):
-    """A partition of samples.
+    """A partition of samples."""
 
-    Attributes:
-        samples: Number of samples, n.
-        size: Samples per bucket; 1 keeps every sample.
-    """
-
-    samples: int
-    size: int
+    samples: int  # number of samples, n
+    size: int  # samples per bucket; 1 keeps every sample
 
     @property
     def number(self) -> int:
@@ -140,23 +135,16 @@ class Line:
 
 @dataclass(frozen=True)
 class Panel:
-    """One diagram over time.
+    """One diagram over time."""
 
-    Attributes:
-        group, title, unit: Its section, its title and the unit of its values.
-        lines: At least one.
-        limits: Saturation limits, drawn at plus and minus each value.
-        step: Whether a value is held until the next one.
-        help: One or two plain sentences: what it shows, what is good.
-    """
-
+    # group, title, unit: its section, its title and the unit of its values
     group: str
     title: str
     unit: str
-    lines: tuple[Line, ...]
-    limits: tuple[Limit, ...] = ()
-    step: bool = False
-    help: str = ""
+    lines: tuple[Line, ...]  # at least one
+    limits: tuple[Limit, ...] = ()  # saturation limits, drawn at plus and minus each value
+    step: bool = False  # whether a value is held until the next one
+    help: str = ""  # one or two plain sentences: what it shows, what is good
 
 
 def panels(record: Record) -> list[Panel]:

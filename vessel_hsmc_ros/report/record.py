@@ -94,28 +94,17 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """One run in a report.
+    """One run in a report."""
 
-    Attributes:
-        name: Short label of the run.
-        metrics: None where there is no reference or no wrench to evaluate.
-        facts: Further measured values by their names in run.json.
-        scenario: None where the parameters are not known.
-        provenance: Code version, machine and time of the run, by label.
-        marks: Events of the run in the order of their times.
-        verdict: One to three plain sentences on the result.
-        track: The legs and turns that were planned; None where there are none.
-    """
-
-    name: str
+    name: str  # short label of the run
     run: Run
-    metrics: Metrics | None = None
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    scenario: Scenario | None = None
-    provenance: Mapping[str, Any] = field(default_factory=dict)
-    marks: tuple[Mark, ...] = ()
-    verdict: str = ""
-    track: PlannedTrack | None = None
+    metrics: Metrics | None = None  # None where there is no reference or no wrench to evaluate
+    facts: Mapping[str, Any] = field(default_factory=dict)  # further measured values by their names in run.json
+    scenario: Scenario | None = None  # None where the parameters are not known
+    provenance: Mapping[str, Any] = field(default_factory=dict)  # code version, machine and time of the run, by label
+    marks: tuple[Mark, ...] = ()  # events of the run in the order of their times
+    verdict: str = ""  # one to three plain sentences on the result
+    track: PlannedTrack | None = None  # the legs and turns that were planned; None where there are none
 
     @property
     def track_errors(self) -> TrackErrors | None:

@@ -61,19 +61,14 @@ MISSING = "–"
 
 
 class Quantity(NamedTuple):
-    """A number to show.
+    """A number to show."""
 
-    Attributes:
-        label, value, unit: Its name, its number and its unit.
-        cost: Whether less is better.
-        relative: Whether a difference is also expressed in percent.
-    """
-
+    # label, value, unit: its name, its number and its unit
     label: str
     value: float
     unit: str
-    cost: bool
-    relative: bool
+    cost: bool  # whether less is better
+    relative: bool  # whether a difference is also expressed in percent
 
     @property
     def text(self) -> str:

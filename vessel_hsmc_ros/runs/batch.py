@@ -32,19 +32,12 @@ _own = threading.local()
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of one run.
+    """The result of one run."""
 
-    Attributes:
-        index: Number of the run among those of the call.
-        failure: Why it ended early, in one line; empty if it did not.
-        metrics: None for a run that ended early.
-        run: Its arrays, where they are kept; None for a run that ended early.
-    """
-
-    index: int
-    failure: str = ""
-    metrics: Metrics | None = None
-    run: Run | None = None
+    index: int  # number of the run among those of the call
+    failure: str = ""  # why it ended early, in one line; empty if it did not
+    metrics: Metrics | None = None  # None for a run that ended early
+    run: Run | None = None  # its arrays, where they are kept; None for a run that ended early
 
 
 class Task(NamedTuple):

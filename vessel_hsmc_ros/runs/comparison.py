@@ -35,48 +35,35 @@ SETTLED = 100.0
 
 
 class LawMetrics(NamedTuple):
-    """Tracking errors over the row's window and at the end, and the control effort of the whole run.
+    """Tracking errors over the row's window and at the end, and the control effort of the whole run."""
 
-    Attributes:
-        position_rms, position_largest: Over the row's window, m.
-        position_final: m.
-        heading_rms_deg: Over the row's window.
-        surge_force_rms, yaw_moment_rms: N, N·m.
-        reversals: Sign changes of the rate of force or moment, whichever has more, 1/s; a measure of chattering.
-        travel: Actuator travel, the sum for force and moment, 1/min; NaN without limits.
-        legs: Cross-track error on the planned legs of the whole run, rms, m; None without legs.
-    """
-
+    # position_rms, position_largest: over the row's window, m
     position_rms: float
     position_largest: float
-    position_final: float
-    heading_rms_deg: float
+    position_final: float  # m
+    heading_rms_deg: float  # over the row's window
+    # surge_force_rms, yaw_moment_rms: N, N·m
     surge_force_rms: float
     yaw_moment_rms: float
-    reversals: float
-    travel: float = math.nan
-    legs: float | None = None
+    reversals: float  # sign changes of the rate of force or moment, whichever has more, 1/s; a measure of chattering
+    travel: float = math.nan  # actuator travel, the sum for force and moment, 1/min; NaN without limits
+    legs: float | None = None  # cross-track error on the planned legs of the whole run, rms, m; None without legs
 
 
 @dataclass(frozen=True)
 class LawRun:
-    """The outcome of one law on one row.
+    """The outcome of one law on one row."""
 
-    Attributes:
-        row, law, rate_hz: The case, the law and its rate.
-        fell_back: Whether the rate is FALLBACK_RATE_HZ because the law is unstable at the requested one.
-        failure: Why the run ended early, in one line; empty if it did not.
-        metrics, verdict: None for a run that ended early.
-        lines: Decimated time, ship and reference positions and position error, (m, 6), for the figures.
-    """
-
+    # row, law, rate_hz: the case, the law and its rate
     row: Row
     law: str
     rate_hz: float
-    fell_back: bool = False
-    failure: str = ""
+    fell_back: bool = False  # whether the rate is FALLBACK_RATE_HZ because the law is unstable at the requested one
+    failure: str = ""  # why the run ended early, in one line; empty if it did not
+    # metrics, verdict: None for a run that ended early
     metrics: LawMetrics | None = None
     verdict: Verdict | None = None
+    # decimated time, ship and reference positions and position error, (m, 6), for the figures
     lines: Array = field(default_factory=lambda: np.empty((0, 6)))
 
     @property
@@ -177,17 +164,11 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
 
 
 class Compared(NamedTuple):
-    """Recorded runs side by side.
+    """Recorded runs side by side."""
 
-    Attributes:
-        head: The names of the runs, after an empty one for the labels.
-        table: Label and value for each run; MISSING where a run lacks it.
-        files: The written files by kind.
-    """
-
-    head: list[str]
-    table: list[list[str]]
-    files: dict[str, Path]
+    head: list[str]  # the names of the runs, after an empty one for the labels
+    table: list[list[str]]  # label and value for each run; MISSING where a run lacks it
+    files: dict[str, Path]  # the written files by kind
 
 
 def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:

@@ -32,17 +32,12 @@ OWN_PROCESSES = 4
 
 @dataclass(frozen=True)
 class Processes:
-    """How the nodes of a fleet are spread over processes.
+    """How the nodes of a fleet are spread over processes."""
 
-    Attributes:
-        names: The processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels.
-        groups: The arguments of each group, by its name.
-        plants: Namespaces of the vessels whose plants run in a process, by its name.
-    """
-
+    # the processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels
     names: tuple[str, ...]
-    groups: Mapping[str, Sequence[str]]
-    plants: Mapping[str, Sequence[str]]
+    groups: Mapping[str, Sequence[str]]  # the arguments of each group, by its name
+    plants: Mapping[str, Sequence[str]]  # namespaces of the vessels whose plants run in a process, by its name
 
 
 def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:

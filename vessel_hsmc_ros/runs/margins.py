@@ -37,17 +37,11 @@ SMALL = 0.02
 
 
 class Need(NamedTuple):
-    """What the reference needs of an input in calm water, 99 % of the time.
+    """What the reference needs of an input in calm water, 99 % of the time."""
 
-    Attributes:
-        size: Largest magnitude, N or N·m.
-        rate: Largest rate of change, per second.
-        frequency: omega, rad/s; 0 for an input that varies by less than a fiftieth of its limit.
-    """
-
-    size: float
-    rate: float
-    frequency: float
+    size: float  # largest magnitude, N or N·m
+    rate: float  # largest rate of change, per second
+    frequency: float  # omega, rad/s; 0 for an input that varies by less than a fiftieth of its limit
 
 
 class Study(NamedTuple):

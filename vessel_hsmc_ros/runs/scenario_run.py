@@ -32,21 +32,14 @@ DOMAIN, LAST_DOMAIN = "ROS_DOMAIN_ID", 101
 
 @dataclass
 class Result:
-    """The result of a run.
-
-    Attributes:
-        exit_code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
-        failure: What failed, in one line; empty if nothing did.
-        metrics: Metrics of the run; None if it is too short for them.
-        facts: All other measured values, by their keys in run.json.
-        records: Of a fleet, the recorded run of each vessel, named by its namespace; none if the run failed.
-    """
+    """The result of a run."""
 
     folder: RunFolder
-    exit_code: int = 0
-    failure: str = ""
-    metrics: Metrics | None = None
-    facts: dict[str, Any] = field(default_factory=dict)
+    exit_code: int = 0  # 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run
+    failure: str = ""  # what failed, in one line; empty if nothing did
+    metrics: Metrics | None = None  # metrics of the run; None if it is too short for them
+    facts: dict[str, Any] = field(default_factory=dict)  # all other measured values, by their keys in run.json
+    # of a fleet, the recorded run of each vessel, named by its namespace; none if the run failed
     records: list["Record"] = field(default_factory=list)
 
 

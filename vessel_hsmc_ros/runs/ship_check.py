@@ -33,31 +33,21 @@ CALM: dict[str, object] = {
 
 
 class ShipCheck(NamedTuple):
-    """What a ship can do, and how it follows the circle of its scenario.
+    """What a ship can do, and how it follows the circle of its scenario."""
 
-    Attributes:
-        speed: Steady speed straight ahead under the full surge force, m/s.
-        fastest: Speed up to which the hull data are valid, m/s.
-        turn_rate, turn_diameter: Steady yaw rate, and diameter of the turning circle, m, under full force and moment.
-        demand: Drift angle, surge force and yaw moment that the circle takes in calm water.
-        surge_share, yaw_share: The last two as shares of the limits.
-        error: Largest position error in the last quarter of the run, m.
-        error_lengths: The same in lengths of the ship.
-        duration: Duration of that run, s.
-        noise: Standard deviation of the measured positions, in lengths; the error may be as large as theirs.
-    """
-
-    speed: float
-    fastest: float
+    speed: float  # steady speed straight ahead under the full surge force, m/s
+    fastest: float  # speed up to which the hull data are valid, m/s
+    # turn_rate, turn_diameter: steady yaw rate, and diameter of the turning circle, m, under full force and moment
     turn_rate: float
     turn_diameter: float
-    demand: Demand
+    demand: Demand  # drift angle, surge force and yaw moment that the circle takes in calm water
+    # surge_share, yaw_share: the last two as shares of the limits
     surge_share: float
     yaw_share: float
-    error: float
-    error_lengths: float
-    duration: float
-    noise: float = 0.0
+    error: float  # largest position error in the last quarter of the run, m
+    error_lengths: float  # the same in lengths of the ship
+    duration: float  # duration of that run, s
+    noise: float = 0.0  # standard deviation of the measured positions, in lengths; the error may be as large as theirs
 
     @property
     def tracked(self) -> bool:

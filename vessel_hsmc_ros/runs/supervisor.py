@@ -36,14 +36,10 @@ from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
 
 @dataclass(frozen=True)
 class Injection:
-    """The faults of a run.
-
-    Attributes:
-        scenario: The scenario in which they are carried out.
-    """
+    """The faults of a run."""
 
     script: FaultScript
-    scenario: Scenario
+    scenario: Scenario  # the scenario in which they are carried out
 
     def relayed(self, scenario: Scenario) -> Scenario:
         """The scenario as its nodes run it: they record what is relayed, and in lockstep answer every step."""
@@ -144,15 +140,10 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True)
 class ExitStatus:
-    """How a run ended.
+    """How a run ended."""
 
-    Attributes:
-        code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
-        failure: What failed, in one line; empty if nothing did.
-    """
-
-    code: int
-    failure: str = ""
+    code: int  # 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run
+    failure: str = ""  # what failed, in one line; empty if nothing did
 
 
 class Interrupts:

@@ -35,31 +35,21 @@ class Axis(NamedTuple):
 
 
 class Point(NamedTuple):
-    """One run of a sweep.
-
-    Attributes:
-        values: Its values of the swept parameters.
-        changes: All changes to the scenario by `node.parameter`.
-        law: The law that the sweep sets; empty where the scenario selects it.
-    """
+    """One run of a sweep."""
 
     scenario: str
-    values: tuple[Any, ...]
-    changes: Mapping[str, object]
-    law: str = ""
+    values: tuple[Any, ...]  # its values of the swept parameters
+    changes: Mapping[str, object]  # all changes to the scenario by `node.parameter`
+    law: str = ""  # the law that the sweep sets; empty where the scenario selects it
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of one run.
-
-    Attributes:
-        failure: Why it has no metrics, in one line; empty if it has.
-        metrics: By the names of core.metrics.Metrics; empty for a run that failed.
-    """
+    """The result of one run."""
 
     point: Point
-    failure: str = ""
+    failure: str = ""  # why it has no metrics, in one line; empty if it has
+    # by the names of core.metrics.Metrics; empty for a run that failed
     metrics: Mapping[str, float | None] = field(default_factory=dict)
 
     def value(self, metric: str) -> float:

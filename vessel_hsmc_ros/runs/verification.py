@@ -42,17 +42,13 @@ NAMES_OF_VERSIONS = {"version": "vessel_hsmc_ros", "numpy": "NumPy", "python": "
 
 @dataclass(frozen=True)
 class Verification:
-    """Recorded and recomputed commands.
+    """Recorded and recomputed commands."""
 
-    Attributes:
-        time: Time of every compared command since the first odometry message, (n,).
-        recorded, computed: Surge force [N] and yaw moment [N·m], (n, 2).
-        beyond: Number of odometry messages after the last one whose command and reference are in the bag, as in a truncated bag.
-    """
-
-    time: Array
+    time: Array  # time of every compared command since the first odometry message, (n,)
+    # recorded, computed: surge force [N] and yaw moment [N·m], (n, 2)
     recorded: Array
     computed: Array
+    # number of odometry messages after the last one whose command and reference are in the bag, as in a truncated bag
     beyond: int
 
     @property
@@ -204,17 +200,11 @@ def version_note(bag: Bag) -> str:
 
 @dataclass(frozen=True)
 class Rerun:
-    """A comparison of a recorded run with its repetition.
+    """A comparison of a recorded run with its repetition."""
 
-    Attributes:
-        folder: Where its page and figures are.
-        change: The changed parameters, as text.
-        table: Metric, recorded value, repeated value, difference.
-    """
-
-    folder: RunFolder
-    change: str
-    table: list[tuple[str, str, str, str]]
+    folder: RunFolder  # where its page and figures are
+    change: str  # the changed parameters, as text
+    table: list[tuple[str, str, str, str]]  # metric, recorded value, repeated value, difference
 
 
 def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output: Path) -> Rerun:

@@ -24,14 +24,10 @@ NAMESPACE = "vessel"
 
 @dataclass(frozen=True)
 class Fleet:
-    """The scenarios of several vessels.
+    """The scenarios of several vessels."""
 
-    Attributes:
-        base: The scenario that they share.
-        vessels: The scenario of each vessel by its namespace; in lockstep the plant of the first owns /clock.
-    """
-
-    base: Scenario
+    base: Scenario  # the scenario that they share
+    # the scenario of each vessel by its namespace; in lockstep the plant of the first owns /clock
     vessels: Mapping[str, Scenario]
 
     @property

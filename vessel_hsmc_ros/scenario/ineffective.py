@@ -21,21 +21,13 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Rule:
-    """Settings that another setting turns off.
+    """Settings that another setting turns off."""
 
-    Attributes:
-        settings: Patterns of their names.
-        off: Whether the values of the node turn them off.
-        why: The reason, for the message.
-        switches: Settings that excuse a file: one that gives them has turned off the others expressly.
-        alternative: Whether they are those of a mode or law, of which a file may keep several.
-    """
-
-    settings: tuple[str, ...]
-    off: Callable[[Values], bool]
-    why: str
-    switches: tuple[str, ...] = ()
-    alternative: bool = False
+    settings: tuple[str, ...]  # patterns of their names
+    off: Callable[[Values], bool]  # whether the values of the node turn them off
+    why: str  # the reason, for the message
+    switches: tuple[str, ...] = ()  # settings that excuse a file: one that gives them has turned off the others expressly
+    alternative: bool = False  # whether they are those of a mode or law, of which a file may keep several
 
     def names(self, values: Values) -> list[str]:
         """The settings among the parameters of a node."""

@@ -21,22 +21,17 @@ FIRST = ("navsat_odom", "mavlink", "px4", "reference_ship", "controller", "thrus
 
 
 class Interface(NamedTuple):
-    """The interface of a stack.
+    """The interface of a stack."""
 
-    Attributes:
-        name: As `init` takes it.
-        state, command: Its messages, in words.
-        nodes: The topics of each node under the names of the stack.
-        parameters: Values of each node by their dotted names, where they differ from the defaults.
-        before, stop: What a person does before the first start, and to stop the boat.
-    """
-
-    name: str
+    name: str  # as `init` takes it
     title: str
+    # state, command: its messages, in words
     state: str
     command: str
-    nodes: Mapping[str, Mapping[str, str]]
+    nodes: Mapping[str, Mapping[str, str]]  # the topics of each node under the names of the stack
+    # values of each node by their dotted names, where they differ from the defaults
     parameters: Mapping[str, Mapping[str, Any]]
+    # before, stop: what a person does before the first start, and to stop the boat
     before: tuple[str, ...]
     stop: tuple[str, ...]
 

@@ -117,30 +117,19 @@ OWN = "ros__parameters"
 
 @dataclass(frozen=True)
 class Given:
-    """A value that a node is given.
+    """A value that a node is given."""
 
-    Attributes:
-        value: As ROS reads its text.
-        place: The rule that gives it, for messages.
-        named: Whether the rule is for this node alone, not for whatever node reads the file.
-    """
-
-    value: Any
-    place: str
-    named: bool = True
+    value: Any  # as ROS reads its text
+    place: str  # the rule that gives it, for messages
+    named: bool = True  # whether the rule is for this node alone, not for whatever node reads the file
 
 
 @dataclass(frozen=True)
 class Section:
-    """A section of a parameters file.
+    """A section of a parameters file."""
 
-    Attributes:
-        name: For which nodes it is, such as `/**/controller`.
-        parameters: Values by dotted names.
-    """
-
-    name: str
-    parameters: Mapping[str, Any]
+    name: str  # for which nodes it is, such as `/**/controller`
+    parameters: Mapping[str, Any]  # values by dotted names
     file: str
 
     @property

@@ -37,23 +37,18 @@ from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 @dataclass(frozen=True)
 class Scenario:
-    """The parameters of a closed loop, resolved and validated.
+    """The parameters of a closed loop, resolved and validated."""
 
-    Attributes:
-        name: Name of the scenario, for run folders and reports.
-        vessel_sim, reference_ship, controller, recorder, thruster_allocation: Parameters of the nodes.
-        given: The parameters that its file and its changes set, by `node.parameter`; the others have their defaults.
-        faults: The faults that its file scripts; None for none.
-    """
-
-    name: str
+    name: str  # name of the scenario, for run folders and reports
+    # vessel_sim, reference_ship, controller, recorder, thruster_allocation: parameters of the nodes
     vessel_sim: SimParameters
     reference_ship: ReferenceParameters
     controller: ControllerParameters
     recorder: RecorderParameters
     thruster_allocation: AllocationParameters = field(default_factory=AllocationParameters)
+    # the parameters that its file and its changes set, by `node.parameter`; the others have their defaults
     given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
-    faults: FaultScript | None = None
+    faults: FaultScript | None = None  # the faults that its file scripts; None for none
 
     def changed(self, changes: Mapping[str, object]) -> "Scenario":
         """The same scenario with other values, as `load_scenario` with these changes gives it, without reading a file.

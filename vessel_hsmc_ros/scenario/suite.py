@@ -56,44 +56,27 @@ WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}
 
 @dataclass(frozen=True)
 class Row:
-    """One case of a suite.
+    """One case of a suite."""
 
-    Attributes:
-        name: Name of the row in tables.
-        scenario: Scenario it is derived from.
-        changes: Changed values by `node.parameter`.
-        over: Window in which the limits hold, one of WINDOWS.
-        at_most: Limit of the rms position error in the window, m; None for no limit.
-        largest: Limit of the largest position error in the window, m.
-        excursion: Limit of the largest position error of the entire run, as a multiple of the initial one.
-        legs_at_most: Limit of the rms cross-track error on the planned legs, m.
-    """
-
-    name: str
-    scenario: str = SCENARIO
-    changes: Mapping[str, object] = field(default_factory=dict)
-    over: str = "last_quarter"
-    at_most: float | None = None
-    largest: float | None = None
-    excursion: float | None = None
-    legs_at_most: float | None = None
+    name: str  # name of the row in tables
+    scenario: str = SCENARIO  # scenario it is derived from
+    changes: Mapping[str, object] = field(default_factory=dict)  # changed values by `node.parameter`
+    over: str = "last_quarter"  # window in which the limits hold, one of WINDOWS
+    at_most: float | None = None  # limit of the rms position error in the window, m; None for no limit
+    largest: float | None = None  # limit of the largest position error in the window, m
+    excursion: float | None = None  # limit of the largest position error of the entire run, as a multiple of the initial one
+    legs_at_most: float | None = None  # limit of the rms cross-track error on the planned legs, m
 
 
 class Verdict(NamedTuple):
-    """Evaluation of a run against the limits of its row.
+    """Evaluation of a run against the limits of its row."""
 
-    Attributes:
-        rms, largest: Position errors in the window of the row, m.
-        excursion: Largest position error of the run as a multiple of the initial one.
-        legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
-        hit: Whether every limit holds.
-    """
-
+    # rms, largest: position errors in the window of the row, m
     rms: float
     largest: float
-    excursion: float
-    legs: float
-    hit: bool
+    excursion: float  # largest position error of the run as a multiple of the initial one
+    legs: float  # cross-track error on the planned legs, rms, m; infinite where there are none
+    hit: bool  # whether every limit holds
 
 
 def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:

@@ -52,28 +52,17 @@ DRAUGHT_FACTOR = 0.2
 
 @dataclass(frozen=True)
 class LibraryVessel:
-    """A vessel of the library, or of a file of one's own.
+    """A vessel of the library, or of a file of one's own."""
 
-    Attributes:
-        key: The name of its file without the ending, by which scenarios refer to a vessel of the library.
-        name: Its name in words.
-        values: Hull data by their names in a scenario, `vessel.length` and so on.
-        mass: Mass without added mass, kg; None where the file does not state it.
-        source: Citation, doi, url, table, licence.
-        verified: What agrees with the source.
-        unverified: What could not be checked.
-        published: Figures that the source states.
-    """
-
-    key: str
-    name: str
+    key: str  # the name of its file without the ending, by which scenarios refer to a vessel of the library
+    name: str  # its name in words
     description: str
-    values: Mapping[str, Value]
-    mass: float | None
-    source: Mapping[str, str]
-    verified: tuple[str, ...]
-    unverified: tuple[str, ...]
-    published: Mapping[str, float]
+    values: Mapping[str, Value]  # hull data by their names in a scenario, `vessel.length` and so on
+    mass: float | None  # mass without added mass, kg; None where the file does not state it
+    source: Mapping[str, str]  # citation, doi, url, table, licence
+    verified: tuple[str, ...]  # what agrees with the source
+    unverified: tuple[str, ...]  # what could not be checked
+    published: Mapping[str, float]  # figures that the source states
     path: Path = field(repr=False)
 
     def hull(self) -> ShipParameters:

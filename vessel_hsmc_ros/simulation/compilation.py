@@ -199,16 +199,11 @@ KEPT_VERSIONS = 4
 
 @dataclass(frozen=True)
 class CacheEntry:
-    """The stored machine code of one kernel.
-
-    Attributes:
-        present: Whether there is any.
-        writable: Whether it can be read or written there; if not, the kernel is compiled anew in every process.
-    """
+    """The stored machine code of one kernel."""
 
     folder: Path
-    present: bool
-    writable: bool
+    present: bool  # whether there is any
+    writable: bool  # whether it can be read or written there; if not, the kernel is compiled anew in every process
 
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:

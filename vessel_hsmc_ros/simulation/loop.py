@@ -67,51 +67,30 @@ BRIEF = 7
 
 
 class Evaluated(NamedTuple):
-    """What the metrics of a run need.
+    """What the metrics of a run need."""
 
-    Attributes:
-        time: Times, (n,) s.
-        error: x, y, psi of the ship minus those of the reference, as their messages give them, (n, 3).
-        wrench: Applied surge force [N] and yaw moment [N·m], (n, 2).
-        command: The commanded ones, at the steps at which a control period begins, (m, 2).
-    """
-
-    time: Array
-    error: Array
-    wrench: Array
-    command: Array
+    time: Array  # times, (n,) s
+    error: Array  # x, y, psi of the ship minus those of the reference, as their messages give them, (n, 3)
+    wrench: Array  # applied surge force [N] and yaw moment [N·m], (n, 2)
+    command: Array  # the commanded ones, at the steps at which a control period begins, (m, 2)
 
 
 class Control(NamedTuple):
-    """What the controller has computed, a row for each control period.
+    """What the controller has computed, a row for each control period."""
 
-    Attributes:
-        stamps: Times of the periods, (m,) ns.
-        terms: By the field names of ControlState.msg, m rows each.
-        estimate: x, y, psi, u, v, r of the observer, (m, 6); None without one.
-        published: The same as its message gives it, (m, 6); None without one.
-    """
-
-    stamps: Stamps
-    terms: dict[str, Array]
-    estimate: Array | None
-    published: Array | None
+    stamps: Stamps  # times of the periods, (m,) ns
+    terms: dict[str, Array]  # by the field names of ControlState.msg, m rows each
+    estimate: Array | None  # x, y, psi, u, v, r of the observer, (m, 6); None without one
+    published: Array | None  # the same as its message gives it, (m, 6); None without one
 
 
 class Loop(ABC):
-    """A closed loop on its way.
+    """A closed loop on its way."""
 
-    Attributes:
-        samples: Number of rows of the complete run.
-        done: Number of rows so far.
-        rows: Its rows, by the columns of WIDTHS; those from `done` on have no meaning.
-        block: Number of steps after which progress is reported.
-    """
-
-    samples: int
-    done: int
-    rows: Array
-    block: ClassVar[int]
+    samples: int  # number of rows of the complete run
+    done: int  # number of rows so far
+    rows: Array  # its rows, by the columns of WIDTHS; those from `done` on have no meaning
+    block: ClassVar[int]  # number of steps after which progress is reported
 
     @abstractmethod
     def advance(self, stop: int) -> None:
@@ -140,17 +119,11 @@ class Loop(ABC):
 
 @dataclass
 class Desired:
-    """The reference as the controller receives it: the latest published motion of the reference ship.
+    """The reference as the controller receives it: the latest published motion of the reference ship."""
 
-    Attributes:
-        ship: The generator of the reference trajectory.
-        grid: The instants at which it is published.
-        published: All states and accelerations so far, as published.
-    """
-
-    ship: Reference
-    grid: RateGrid
-    published: list[tuple[Array, Array]] = field(default_factory=list)
+    ship: Reference  # the generator of the reference trajectory
+    grid: RateGrid  # the instants at which it is published
+    published: list[tuple[Array, Array]] = field(default_factory=list)  # all states and accelerations so far, as published
 
     def at(self, stamp: int) -> tuple[Motion, Acceleration]:
         """State and acceleration at the latest published instant that is not after a stamp, ns."""

@@ -27,28 +27,18 @@ MIN_COMPILED_STEPS = 5000
 
 
 class Recorded(NamedTuple):
-    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it commands.
+    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it commands."""
 
-    Attributes:
-        stamp: Times of the steps that the messages belong to, (n,) ns.
-        due: Whether a control period begins, (n,).
-        measured_at: Times of the measurements, (n,) ns.
-        age: How much older than the messages' steps they are, (n,) s.
-        behind: The same in control periods, rounded, (n,).
-        motion, desired: x, y, psi, u, v, r of ship and reference, (n, 6).
-        acceleration: du, dv, dr of the reference, (n, 3).
-        wrench: Commanded surge force [N] and yaw moment [N·m], (n, 2), to be written.
-    """
-
-    stamp: NDArray[np.int64]
-    due: NDArray[np.bool_]
-    measured_at: NDArray[np.int64]
-    age: Array
-    behind: NDArray[np.int64]
+    stamp: NDArray[np.int64]  # times of the steps that the messages belong to, (n,) ns
+    due: NDArray[np.bool_]  # whether a control period begins, (n,)
+    measured_at: NDArray[np.int64]  # times of the measurements, (n,) ns
+    age: Array  # how much older than the messages' steps they are, (n,) s
+    behind: NDArray[np.int64]  # the same in control periods, rounded, (n,)
+    # motion, desired: x, y, psi, u, v, r of ship and reference, (n, 6)
     motion: Array
     desired: Array
-    acceleration: Array
-    wrench: Array
+    acceleration: Array  # du, dv, dr of the reference, (n, 3)
+    wrench: Array  # commanded surge force [N] and yaw moment [N·m], (n, 2), to be written
 
 
 @kernel

@@ -22,22 +22,15 @@ HALF_DECADE = math.sqrt(10.0)
 
 
 class Gain(NamedTuple):
-    """A gain with its range.
+    """A gain with its range."""
 
-    Attributes:
-        parameter: Its name, as `controller.law.name`.
-        low, high: The range, inclusive.
-        logarithmic: Whether it is searched on a logarithmic scale.
-        whole: Whether it takes integers only.
-        unit: Its unit; empty for none.
-    """
-
-    parameter: str
+    parameter: str  # its name, as `controller.law.name`
+    # low, high: the range, inclusive
     low: float
     high: float
-    logarithmic: bool
-    whole: bool = False
-    unit: str = ""
+    logarithmic: bool  # whether it is searched on a logarithmic scale
+    whole: bool = False  # whether it takes integers only
+    unit: str = ""  # its unit; empty for none
 
     @property
     def name(self) -> str:

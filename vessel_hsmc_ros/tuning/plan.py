@@ -49,17 +49,11 @@ LIMITED = {"at_most": "position_error_rms_last_quarter", "largest": "position_er
 
 @dataclass(frozen=True)
 class Case:
-    """One run of a tuning.
+    """One run of a tuning."""
 
-    Attributes:
-        name: Its name in tables.
-        scenario: The scenario, with the present gains.
-        limits: Limits by metric; they are the scales of the cost.
-    """
-
-    name: str
-    scenario: Scenario
-    limits: Mapping[str, float] = field(default_factory=dict)
+    name: str  # its name in tables
+    scenario: Scenario  # the scenario, with the present gains
+    limits: Mapping[str, float] = field(default_factory=dict)  # limits by metric; they are the scales of the cost
 
 
 def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
@@ -155,17 +149,11 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True)
 class Objective:
-    """What is minimised.
+    """What is minimised."""
 
-    Attributes:
-        metric: The metric of the cost, a name of core.metrics.Metrics.
-        second: The metric of the effort.
-        two: Whether the effort is minimised too; else it is only evaluated.
-    """
-
-    metric: str = ERROR
-    second: str = EFFORTS[0]
-    two: bool = False
+    metric: str = ERROR  # the metric of the cost, a name of core.metrics.Metrics
+    second: str = EFFORTS[0]  # the metric of the effort
+    two: bool = False  # whether the effort is minimised too; else it is only evaluated
     aggregate: str = AGGREGATES[0]
 
     def __post_init__(self) -> None:
@@ -228,36 +216,24 @@ MIN_PARALLEL_RUNS = 100
 
 
 class Evaluation(NamedTuple):
-    """A set of gains on a list of cases.
+    """A set of gains on a list of cases."""
 
-    Attributes:
-        values: The metrics of cost and effort of every case, (n, 2); NaN for a run that failed.
-        scales: Their scales, (n, 2).
-        failures: Why a run ended early, in one line each; empty for one that did not.
-    """
-
-    values: Array
-    scales: Array
-    failures: tuple[str, ...]
+    values: Array  # the metrics of cost and effort of every case, (n, 2); NaN for a run that failed
+    scales: Array  # their scales, (n, 2)
+    failures: tuple[str, ...]  # why a run ended early, in one line each; empty for one that did not
     cost: Cost
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """What is tuned.
+    """What is tuned."""
 
-    Attributes:
-        cases: The runs of every trial; all have the same law.
-        gains: The gains and their ranges.
-        seed: Seed of the search; the noise of the runs has its own.
-        workers: Number of processes for the runs, which the results do not depend on; None for one per core if a trial has
-            MIN_PARALLEL_RUNS runs, else one.
-    """
-
-    cases: Sequence[Case]
-    gains: Sequence[Gain]
+    cases: Sequence[Case]  # the runs of every trial; all have the same law
+    gains: Sequence[Gain]  # the gains and their ranges
     objective: Objective
-    seed: int = 1
+    seed: int = 1  # seed of the search; the noise of the runs has its own
+    # number of processes for the runs, which the results do not depend on; None for one per core if a trial has
+    # MIN_PARALLEL_RUNS runs, else one
     workers: int | None = None
 
     def __post_init__(self) -> None:
