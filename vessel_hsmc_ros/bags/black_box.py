@@ -19,12 +19,8 @@ from typing import Any, BinaryIO
 
 from vessel_hsmc_ros.core.exceptions import BagError
 
-WRITER = "vessel_hsmc_ros.bags.black_box"
-"""This module, for the process."""
-
-NICENESS = 10
-"""Niceness of the process: the control loop has priority."""
-
+WRITER = "vessel_hsmc_ros.bags.black_box"  # this module, for the process
+NICENESS = 10  # niceness of the process: the control loop has priority
 _RECORD = struct.Struct("<qHI")
 
 

@@ -52,9 +52,7 @@ def _nested(node: Nodetype, detail: Any) -> list[str]:
 
 Array = NDArray[Any]
 
-ENCAPSULATION = 4
-"""Bytes of the encapsulation header before the first field; alignment counts from its end."""
-
+ENCAPSULATION = 4  # bytes of the encapsulation header before the first field; alignment counts from its end
 UNUSED = 3
 """Bytes at the end of a message that a writer may add to align what follows. rclpy reserves the alignment of each empty list of
 numbers besides, which it does not use."""
@@ -62,9 +60,7 @@ numbers besides, which it does not use."""
 WIDEST = 1 << 20
 """Bytes of the largest field that is decoded together with those of other messages: their index takes eight times as much."""
 
-LARGEST_TEXTS = 1 << 24
-"""Characters of the largest column of texts in NumPy's form, in which each takes as much as the longest."""
-
+LARGEST_TEXTS = 1 << 24  # characters of the largest column of texts in NumPy's form, in which each takes as much as the longest
 NUMBERS = {
     "bool": "?", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",

@@ -51,8 +51,7 @@ def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
     return made._replace(roles=tuple(roles), topics=topics, events=_events(bag), reasons=_reasons(bag))
 
 
-JUDGED = ("odometry", "pose", "twist", "positions", "velocities", "heading")
-"""What the motion of a bag rests on."""
+JUDGED = ("odometry", "pose", "twist", "positions", "velocities", "heading")  # what the motion of a bag rests on
 
 
 def faults_in(bag: Bag) -> list[str]:

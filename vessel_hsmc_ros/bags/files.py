@@ -31,8 +31,7 @@ from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, bag_information
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning, NoBagError
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
-SUFFIX = ".zstd"
-"""Suffix of the files of a bag that is compressed file by file."""
+SUFFIX = ".zstd"  # suffix of the files of a bag that is compressed file by file
 
 
 def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
@@ -99,12 +98,8 @@ def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: by
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
 
 
-BLOCK = 1 << 22
-"""Bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory."""
-
-MAX_LISTED_FILES = 5
-"""Largest number of files that an error message names."""
-
+BLOCK = 1 << 22  # bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory
+MAX_LISTED_FILES = 5  # largest number of files that an error message names
 _NUMBERED = re.compile(rf"_(\d+)\.mcap({SUFFIX})?$")
 
 

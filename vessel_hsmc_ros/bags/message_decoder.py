@@ -63,8 +63,7 @@ class MessageObjects:
         return message
 
 
-MAX_NESTED = 10_000
-"""Nested messages of a message, besides one for each of its bytes."""
+MAX_NESTED = 10_000  # nested messages of a message, besides one for each of its bytes
 
 
 class _Walk:
@@ -131,8 +130,7 @@ class _Walk:
 
 Array = NDArray[Any]
 
-MAX_NARROW_ARRAY = 8
-"""Largest number of elements of an array that counts as narrow."""
+MAX_NARROW_ARRAY = 8  # largest number of elements of an array that counts as narrow
 
 
 class MessageDecoder:

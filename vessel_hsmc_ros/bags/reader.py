@@ -348,8 +348,7 @@ class Bag:
         return by_log_time(self.raw_messages(*names))
 
 
-NEIGHBOURS = 4096
-"""Size of the window, in messages, within which messages are sorted by log time."""
+NEIGHBOURS = 4096  # size of the window, in messages, within which messages are sorted by log time
 
 
 def by_log_time(messages: Iterable[RawMessage]) -> Iterator[RawMessage]:

@@ -12,9 +12,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 
 METADATA = "metadata.yaml"
-VERSION = 9
-"""Version of metadata.yaml in Jazzy."""
-
+VERSION = 9  # version of metadata.yaml in Jazzy
 _INFINITE = (9223372036, 854775807)
 """An infinite duration in seconds and nanoseconds: the largest 64-bit number of nanoseconds, as rmw writes it."""
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)

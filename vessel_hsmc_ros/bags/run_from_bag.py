@@ -21,12 +21,8 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
 
 Stamps = NDArray[np.int64]
 
-PAUSE = 500_000_000
-"""Age of a reference from which on a pause is assumed, ns."""
-
-Topics = Mapping[str, Series]
-"""The topics of one vessel that have messages, by their names without its namespace."""
-
+PAUSE = 500_000_000  # age of a reference from which on a pause is assumed, ns
+Topics = Mapping[str, Series]  # the topics of one vessel that have messages, by their names without its namespace
 NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
 TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate", "cmd_wrench")
 

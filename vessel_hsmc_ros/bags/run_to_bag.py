@@ -26,12 +26,8 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 Array = NDArray[Any]
 
-BLOCK = 4096
-"""Steps of the plant that are encoded together: the messages of a long run would not fit into memory."""
-
-LATCHED = ("/clock",)
-"""Topics whose publisher is transient local."""
-
+BLOCK = 4096  # steps of the plant that are encoded together: the messages of a long run would not fit into memory
+LATCHED = ("/clock",)  # topics whose publisher is transient local
 NODES = {"reference": REFERENCE, "controller": CONTROLLER, "cmd_wrench": CONTROLLER}
 """The node that publishes a topic, by the first part of its name; others are the plant's."""
 

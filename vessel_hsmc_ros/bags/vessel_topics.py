@@ -9,8 +9,7 @@ from vessel_hsmc_ros.messages.state_columns import ODOMETRY
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, RELAYED
 
 COMMAND = "cmd_wrench"
-NORMALISED = "/normalised_wrench"
-"""A topic of the type of the wrenches whose numbers are shares of the limits."""
+NORMALISED = "/normalised_wrench"  # a topic of the type of the wrenches whose numbers are shares of the limits
 
 
 class VesselTopics:

@@ -20,19 +20,12 @@ from vessel_hsmc_ros.runs.sweep_page import LOGARITHMIC_RATIO
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-POINTS = 3000
-"""Largest number of runs of a law in a scatter diagram."""
-
-BARS = 10
-"""Largest number of parameters with a bar."""
-
-STRONGEST = 2
-"""Number of parameters over which the runs are drawn one by one."""
+POINTS = 3000  # largest number of runs of a law in a scatter diagram
+BARS = 10  # largest number of parameters with a bar
+STRONGEST = 2  # number of parameters over which the runs are drawn one by one
 
 
-AT_THE_END = 0.01
-"""Share of the duration before the end of a run in which a settling time is that of the end."""
-
+AT_THE_END = 0.01  # share of the duration before the end of a run in which a settling time is that of the end
 SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
 
 
@@ -190,9 +183,7 @@ def _numeric(column: NDArray[Any]) -> bool:
 
 
 COLUMNS = 2
-SIZE = 5.2, 3.8
-"""Width and height of a diagram, in inches."""
-
+SIZE = 5.2, 3.8  # width and height of a diagram, in inches
 Drawn = TypeVar("Drawn")
 
 

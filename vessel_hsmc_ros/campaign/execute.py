@@ -212,12 +212,8 @@ def _compute_on_cluster(
         report(done)
 
 
-CONNECT_LIMIT = 10.0
-"""Time limit for the connection with the scheduler, s."""
-
-AHEAD = 3
-"""Chunks for each thread of the cluster that are submitted at a time, so that no worker waits for this process."""
-
+CONNECT_LIMIT = 10.0  # time limit for the connection with the scheduler, s
+AHEAD = 3  # chunks for each thread of the cluster that are submitted at a time, so that no worker waits for this process
 _one_at_a_time = threading.Lock()
 
 

@@ -36,26 +36,13 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 
-MAX_LIMIT_SHARE = 0.9
-"""Largest share of the limits that a feasible motion takes."""
-
-REST_SHARE = 0.8
-"""Largest share of the surge force that station keeping takes."""
-
-MIN_FEASIBLE_SHARE = 0.99
-"""Share of the samples of the last half that must be within."""
-
-STEP = 0.05
-"""Period of the samples, in T."""
-
-BEYOND = 10.0
-"""Time beyond the end from which the heading is integrated backwards, in T."""
-
-ITERATES = 3
-"""Number of solutions of the sway equation, each with the yaw acceleration of the last one."""
-
-MIN_WAY = 0.01
-"""Surge speed through the water below which a heading has no way, relative to the speed of the reference."""
+MAX_LIMIT_SHARE = 0.9  # largest share of the limits that a feasible motion takes
+REST_SHARE = 0.8  # largest share of the surge force that station keeping takes
+MIN_FEASIBLE_SHARE = 0.99  # share of the samples of the last half that must be within
+STEP = 0.05  # period of the samples, in T
+BEYOND = 10.0  # time beyond the end from which the heading is integrated backwards, in T
+ITERATES = 3  # number of solutions of the sway equation, each with the yaw acceleration of the last one
+MIN_WAY = 0.01  # surge speed through the water below which a heading has no way, relative to the speed of the reference
 
 
 class Demand(NamedTuple):

@@ -24,15 +24,9 @@ from vessel_hsmc_ros.campaign.statistics import (
 )
 from vessel_hsmc_ros.report.tables import label, value_text
 
-SHARES = (0.05, 0.5, 0.95, 0.99)
-"""The quantiles of the table of metrics."""
-
-WORST = 10
-"""Number of runs of each law in the table of the worst."""
-
-NAMED = 3
-"""Largest number of parameters that a sentence names."""
-
+SHARES = (0.05, 0.5, 0.95, 0.99)  # the quantiles of the table of metrics
+WORST = 10  # number of runs of each law in the table of the worst
+NAMED = 3  # largest number of parameters that a sentence names
 GRID = "; on a grid of starts these are shares of its points, not probabilities"
 
 EVEN = "; no confidence interval is stated, because {} draws are not independent"

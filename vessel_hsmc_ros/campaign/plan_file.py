@@ -28,8 +28,7 @@ KEYS = ("scenario", "set", "laws", "variants", "runs", "sampling", "seed", "draw
 
 CHUNK = 100
 
-LENGTHS = "lengths"
-"""The unit of a limit that is relative to the length of the hull."""
+LENGTHS = "lengths"  # the unit of a limit that is relative to the length of the hull
 
 
 class Source(NamedTuple):

@@ -95,9 +95,7 @@ def _notes(results: Results) -> list[str]:
 
 Figure = dict[str, Any]
 
-DIGITS = 5
-"""Significant digits of the drawn numbers; the dataset has all of them."""
-
+DIGITS = 5  # significant digits of the drawn numbers; the dataset has all of them
 AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False, "exponentformat": "power"}
 
 

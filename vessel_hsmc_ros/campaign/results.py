@@ -25,12 +25,8 @@ Column = NDArray[Any]
 ALWAYS = ("position_error_rms_last_quarter", "settling_time", "yaw_moment_rms")
 """Metrics that are drawn in every report, beside those with limits."""
 
-LEGS = "leg_cross_track_rms"
-"""A path or survey is judged by its legs."""
-
-LENGTH = f"{SHIP}length"
-"""The drawn length of the hull."""
-
+LEGS = "leg_cross_track_rms"  # a path or survey is judged by its legs
+LENGTH = f"{SHIP}length"  # the drawn length of the hull
 _LIMIT = re.compile(r"(\w+) = \S+ above (\S+)")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
 

@@ -21,29 +21,16 @@ Changes = dict[str, object]
 
 PAPER = ShipParameters()
 
-PAPER_LIMITS = (2e5, 3e6)
-"""Largest surge force [N] and yaw moment [N·m] of the paper's ship; the paper itself has none."""
-
+PAPER_LIMITS = (2e5, 3e6)  # largest surge force [N] and yaw moment [N·m] of the paper's ship; the paper itself has none
 POWERS = {"": (2.5, 4.5), "_quadratic": (2.0, 5.0), "_cubic": (1.5, 5.5)}
 """Froude's powers of damping coefficients, of forces and of moments."""
 
-STEP, SHORTEST_STEP = 0.02, 0.004
-"""Largest period of the plant, and the shortest that a dead time makes necessary, in T."""
-
-POSITION_RATE, HEADING_RATE = 5.0, 10.0
-"""Sampling rates of noisy sensors, Hz."""
-
-GUST_TIME = 4.3
-"""Correlation time of the gusts, in T: 20 s for the paper's ship."""
-
-GUSTS = 0.1
-"""Standard deviation of the gusts relative to the mean force."""
-
-SHORTEST = 120.0
-"""Duration of a run after the start at least, in T."""
-
-PERIODS = 2.0
-"""Number of periods of the reference in a run, as far as the durations allow."""
+STEP, SHORTEST_STEP = 0.02, 0.004  # largest period of the plant, and the shortest that a dead time makes necessary, in T
+POSITION_RATE, HEADING_RATE = 5.0, 10.0  # sampling rates of noisy sensors, Hz
+GUST_TIME = 4.3  # correlation time of the gusts, in T: 20 s for the paper's ship
+GUSTS = 0.1  # standard deviation of the gusts relative to the mean force
+SHORTEST = 120.0  # duration of a run after the start at least, in T
+PERIODS = 2.0  # number of periods of the reference in a run, as far as the durations allow
 
 
 class Delays(NamedTuple):

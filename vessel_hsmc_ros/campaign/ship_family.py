@@ -23,9 +23,7 @@ from vessel_hsmc_ros.reference.lawnmower import LawnmowerParameters, plan_lawnmo
 from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, TravelLimits
 from vessel_hsmc_ros.scenario.ship_rules import ADJUSTMENTS, Scale, feasible_turn, motion_limits
 
-SHIP = "ship."
-"""Prefix of the names of these numbers in a campaign file."""
-
+SHIP = "ship."  # prefix of the names of these numbers in a campaign file
 REFERENCES = ("circle", "straight", "slalom", "figure_eight", "arc", "survey", "rest")
 
 KNOWLEDGE = ("declared", "nothing", "everything", "true_values")
@@ -126,26 +124,15 @@ class ShipFamily:
 Changes = dict[str, Any]
 
 
-WIDE_RADIUS_RATIO = 4.0
-"""Radius of an arc relative to that of the other turns."""
-
-HEADING_AMPLITUDE = 0.9
-"""Amplitude of the heading on a slalom, rad."""
-
+WIDE_RADIUS_RATIO = 4.0  # radius of an arc relative to that of the other turns
+HEADING_AMPLITUDE = 0.9  # amplitude of the heading on a slalom, rad
 LEG, SPACING, LEGS = 20.0, 4.0, 4
 """Length and spacing of the legs of a survey, in lengths of the hull, and their least number: a survey lasts as long as a run."""
 
-SURVEY_SPEED = 0.3
-"""Speed on the legs of a survey, relative to the top speed."""
-
-MAX_TURN_TIMES = 300.0
-"""Duration of a run after the start at most, in T."""
-
-START_SHARE = 0.25
-"""Share of the largest surge force that the start from rest takes."""
-
-EIGHT = FigureEight(1.0).period / (2.0 * math.pi * CLOSING)
-"""Smallest radius of a figure eight relative to its length."""
+SURVEY_SPEED = 0.3  # speed on the legs of a survey, relative to the top speed
+MAX_TURN_TIMES = 300.0  # duration of a run after the start at most, in T
+START_SHARE = 0.25  # share of the largest surge force that the start from rest takes
+EIGHT = FigureEight(1.0).period / (2.0 * math.pi * CLOSING)  # smallest radius of a figure eight relative to its length
 
 
 class Course(NamedTuple):
@@ -199,8 +186,7 @@ UNUSED: Changes = {
 }
 """Values of the parameters that a kind of reference does not use."""
 
-Made = tuple[str, Changes, float]
-"""Mode, changes of reference_ship, and period, s."""
+Made = tuple[str, Changes, float]  # mode, changes of reference_ship, and period, s
 
 
 def _feasible(request: Request, hull: ShipParameters, scale: Scale) -> Turn:

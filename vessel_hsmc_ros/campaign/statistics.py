@@ -15,8 +15,7 @@ from scipy import stats  # type: ignore[import-untyped]
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import InstallationError
 
-CONFIDENCE = 0.95
-"""Confidence of all intervals and bounds of a report."""
+CONFIDENCE = 0.95  # confidence of all intervals and bounds of a report
 
 
 class Interval(NamedTuple):
@@ -151,12 +150,8 @@ def interval_text(interval: Interval) -> str:
     return f"{share_text(interval.low)} to {share_text(interval.high)}"
 
 
-FEWEST = 100
-"""Number of runs below which no index is given: the first ten harmonics of fewer are mostly noise."""
-
-MAX_SAMPLES = 20_000
-"""Number of runs that are evaluated; more would make the intervals narrower than anybody reads them."""
-
+FEWEST = 100  # number of runs below which no index is given: the first ten harmonics of fewer are mostly noise
+MAX_SAMPLES = 20_000  # number of runs that are evaluated; more would make the intervals narrower than anybody reads them
 HARMONICS = 10
 RESAMPLES = 100
 

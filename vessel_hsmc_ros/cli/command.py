@@ -70,9 +70,7 @@ LIBRARIES = {
 """The modules that verbs import beside ROS, click, NumPy, PyYAML and rich."""
 
 
-FAILED, WRONG_USE = 1, 2
-"""Exit codes: the command failed; its arguments were wrong."""
-
+FAILED, WRONG_USE = 1, 2  # exit codes: the command failed; its arguments were wrong
 HELP = ["-h", "--help"]
 
 

@@ -30,8 +30,7 @@ from vessel_hsmc_ros.scenario.suite import Row, load_suite
 if TYPE_CHECKING:
     from vessel_hsmc_ros.runs.comparison import LawRun
 
-MAX_DETAILED_ROWS = 3
-"""Largest number of rows that are printed in a table each; more are printed in one overview."""
+MAX_DETAILED_ROWS = 3  # largest number of rows that are printed in a table each; more are printed in one overview
 
 
 @click.command()

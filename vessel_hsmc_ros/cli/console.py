@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""
 
-LINE_PERIODS = 1.0, 4.0
-"""Shortest and longest time between two lines of progress where there is no progress bar, s."""
+LINE_PERIODS = 1.0, 4.0  # shortest and longest time between two lines of progress where there is no progress bar, s
 
 
 def print_line(text: str) -> None:

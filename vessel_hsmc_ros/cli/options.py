@@ -217,8 +217,7 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
     return parsed
 
 
-DIFFERENT = 1
-"""Exit code of a run that differs from its row."""
+DIFFERENT = 1  # exit code of a run that differs from its row
 
 
 def campaign_row_options(command: Callable[..., Any]) -> Callable[..., Any]:

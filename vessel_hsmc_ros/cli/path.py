@@ -16,13 +16,10 @@ from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
-Waypoint = tuple[float, float, float]
-"""x, y, heading."""
+Waypoint = tuple[float, float, float]  # x, y, heading
 
 
-COLUMNS = ("x", "y", "z", "heading")
-"""Names of the columns; x and y are needed."""
-
+COLUMNS = ("x", "y", "z", "heading")  # names of the columns; x and y are needed
 FORM = "x and y, and perhaps z and heading, in metres and radians in the frame of the odometry"
 
 

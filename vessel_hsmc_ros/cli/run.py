@@ -47,8 +47,7 @@ TABLE_METRICS = (
 )
 """Metrics of each vessel in the printed table; run.json and the page have all."""
 
-COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")
-"""Facts of each vessel in the printed table."""
+COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")  # facts of each vessel in the printed table
 
 
 def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -31,14 +31,11 @@ from vessel_hsmc_ros.identification.types import (
 from vessel_hsmc_ros.identification.windows import WINDOW, Smoothed, predict, smooth, unrolled, windows
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
-UNEXPLAINED = 1.3
-"""Residuals from which on a warning is given, in units of the noise of the sensors."""
+UNEXPLAINED = 1.3  # residuals from which on a warning is given, in units of the noise of the sensors
 COLUMNS = ("x", "y", "heading", "surge velocity", "sway velocity", "yaw rate")
 
 
-Progress = Callable[[str, float], None]
-"""Called with what is being done and how much of it is done, 0 to 1."""
-
+Progress = Callable[[str, float], None]  # called with what is being done and how much of it is done, 0 to 1
 NEVER_HELD = (*POSITIVE, *GAINS, *OFFSETS)
 STABLE = (*PAPER, *GAINS, *OFFSETS)
 LENGTHS = (1 / 16, 1 / 4, 1.0)
@@ -46,15 +43,12 @@ LENGTHS = (1 / 16, 1 / 4, 1.0)
 LARGEST_TURN = 0.5
 """Windows are shortened until the uncertainty of their initial state turns the ship by less, rad: on a hull that does not keep
 its course, small errors become large ones, and residuals have many minima."""
-HALVED = 3
-"""How often at most."""
-SPREAD = 3.0
-"""Standard deviation of the initial states of windows around the smoothed ones, in units of the smoother's error."""
+HALVED = 3  # how often at most
+SPREAD = 3.0  # standard deviation of the initial states of windows around the smoothed ones, in units of the smoother's error
 EARLIEST = 0.5
 """By how much the wrench acts before its samples at most, in intervals: half of one if it is sampled while it changes, nothing if
 it is held. Not after them: a lag of the actuators is not the timing of a logger."""
-PERFECT = 1e-6
-"""Noise of a perfect sensor, relative to the range of the motion: its rounding."""
+PERFECT = 1e-6  # noise of a perfect sensor, relative to the range of the motion: its rounding
 
 
 class Fit(NamedTuple):
@@ -295,10 +289,8 @@ def covariance(fit: Fit) -> Array:
     return matrix[np.ix_(chosen, chosen)]
 
 
-ROUGH = 1e-4
-"""Tolerance of refinements that are followed by others."""
-MOST_RISE = 9.0
-"""Largest rise of the sum of squares by a parameter that is held: as of a deviation of three standard errors."""
+ROUGH = 1e-4  # tolerance of refinements that are followed by others
+MOST_RISE = 9.0  # largest rise of the sum of squares by a parameter that is held: as of a deviation of three standard errors
 
 
 def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple[Shooting, Array, dict[str, str]]:

@@ -24,16 +24,11 @@ from vessel_hsmc_ros.scenario.ship_rules import Scale
 RATES, SAMPLES = (5.0, 10.0, 20.0, 50.0), 30.0
 """Rates of the messages, Hz; the first one is taken that gives this many samples in T."""
 
-SHORTEST = 0.5
-"""Shortest unit of time, s: people and actuators cannot step an input faster."""
-
-SPEEDS = (0.3, 0.6, 1.0)
-"""Surge forces of the speed steps as shares of F."""
-
+SHORTEST = 0.5  # shortest unit of time, s: people and actuators cannot step an input faster
+SPEEDS = (0.3, 0.6, 1.0)  # surge forces of the speed steps as shares of F
 ZIGZAG_SPEEDS = (0.4, 0.9)
 
-SPIRAL = (1.0, 0.6, 0.3, -0.3, -0.6, -1.0)
-"""Yaw moments of the spiral as shares of N."""
+SPIRAL = (1.0, 0.6, 0.3, -0.3, -0.6, -1.0)  # yaw moments of the spiral as shares of N
 
 
 class Step(NamedTuple):

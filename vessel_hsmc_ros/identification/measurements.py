@@ -29,17 +29,12 @@ from vessel_hsmc_ros.safety.sign_rules import judge_signs
 from vessel_hsmc_ros.safety.stamp_rules import clocks_differ, set_back, unusable
 from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_bytes
 
-FEWEST = 50
-"""Samples that a run needs at least."""
+FEWEST = 50  # samples that a run needs at least
 CLOCK_OFFSET = 0.5
 """By how much odometry and wrench may be of unlike age at receipt, s: the default time-out of the controller's inputs."""
-DIFFERING = 0.01
-"""Share of messages with the stamp of another one and another motion up to which the first of them counts."""
-LONGEST_GAP = 5.0
-"""Largest interval between samples, in units of the median one."""
-
-OTHERWISE = 0.25
-"""A force has reversed when it has come from this share of its range at one end to that at the other one."""
+DIFFERING = 0.01  # share of messages with the stamp of another one and another motion up to which the first of them counts
+LONGEST_GAP = 5.0  # largest interval between samples, in units of the median one
+OTHERWISE = 0.25  # a force has reversed when it has come from this share of its range at one end to that at the other one
 EXCITED_BY = {
     "surge_inertia": (0, "surge force", 2, "sail speed steps with coasting or astern in between"),
     "sway_inertia": (2, "yaw moment", 4, "sail zig-zags to both sides, at two speeds"),
@@ -108,12 +103,9 @@ HEADINGS = ("heading", "heading_deg")
 VELOCITIES = ("u", "v", "r")
 WRENCH = ("surge_force", "sway_force", "yaw_moment")
 WRENCH_TOPICS = ("applied_wrench", "cmd_wrench")
-MOST_NUMBERS = 1 << 24
-"""Numbers in a table: two million rows of eight columns."""
-LONGEST_LINE = 1 << 20
-"""Characters of a row."""
-HELD = 0.2
-"""Share of unchanged positions from which on a sensor is taken to repeat its samples."""
+MOST_NUMBERS = 1 << 24  # numbers in a table: two million rows of eight columns
+LONGEST_LINE = 1 << 20  # characters of a row
+HELD = 0.2  # share of unchanged positions from which on a sensor is taken to repeat its samples
 
 
 def from_run(run: Run, name: str = "run") -> Measurements:

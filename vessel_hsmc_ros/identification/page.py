@@ -131,8 +131,7 @@ def _about(runs: Sequence[Measurements], found: Identified) -> str:
 COLUMNS = (("surge velocity", "m/s", 1.0), ("sway velocity", "m/s", 1.0), ("yaw rate", "°/s", 180.0 / np.pi))
 STATES = (("x", "m", 1.0), ("y", "m", 1.0), ("heading", "°", 180.0 / np.pi), *COLUMNS)
 
-MAX_POINTS = 4000
-"""Largest number of points of a drawn line."""
+MAX_POINTS = 4000  # largest number of points of a drawn line
 
 
 def prediction_picture(prediction: Prediction) -> bytes:
@@ -219,9 +218,7 @@ def _png(draw: Any, size: tuple[float, float]) -> bytes:
     return content.getvalue()
 
 
-LIMITS = {"surge_force_limit": 0, "yaw_moment_limit": 2}
-"""Limits of the propulsion with their columns of the wrench."""
-
+LIMITS = {"surge_force_limit": 0, "yaw_moment_limit": 2}  # limits of the propulsion with their columns of the wrench
 PREFIX = "vessel."
 
 

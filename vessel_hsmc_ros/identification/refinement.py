@@ -17,20 +17,13 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.identification.types import GAINS, NOT_NEGATIVE, POSITIVE, Unknowns, currents, inputs, vessel
 from vessel_hsmc_ros.identification.windows import Windows, simulated
 
-DIFFERENCE = 1e-5
-"""Relative step of the finite differences."""
-DIVERGED = 1e9
-"""Residuals from which on the motion is taken to diverge, in standard deviations of the noise."""
-MAX_DERIVATIVE = 1e100
-"""Largest derivative: the squares of larger ones, where the motion nearly diverges, overflow."""
-INNER = 2
-"""Gauss-Newton steps for the initial states."""
-MAX_EVALUATIONS = 40
-"""Largest number of evaluations of one refinement."""
-HEAVIER, ATTEMPTS = 4.0, 12
-"""Factor on the inertia where a start makes the motion diverge, and how often it is applied."""
-UNSCALED_PARAMETERS = (*NOT_NEGATIVE, *GAINS)
-"""What such a start keeps: it takes energy from the ship, or is a factor."""
+DIFFERENCE = 1e-5  # relative step of the finite differences
+DIVERGED = 1e9  # residuals from which on the motion is taken to diverge, in standard deviations of the noise
+MAX_DERIVATIVE = 1e100  # largest derivative: the squares of larger ones, where the motion nearly diverges, overflow
+INNER = 2  # gauss-Newton steps for the initial states
+MAX_EVALUATIONS = 40  # largest number of evaluations of one refinement
+HEAVIER, ATTEMPTS = 4.0, 12  # factor on the inertia where a start makes the motion diverge, and how often it is applied
+UNSCALED_PARAMETERS = (*NOT_NEGATIVE, *GAINS)  # what such a start keeps: it takes energy from the ship, or is a factor
 
 
 @dataclass

@@ -32,16 +32,10 @@ from vessel_hsmc_ros.identification.types import (
 from vessel_hsmc_ros.identification.windows import Smoothed, Windows, in_body_frame
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
-AVERAGED = 4.0
-"""Length over which both sides are averaged, in bandwidths of the smoother."""
-MIN_FORCE_SHARE = 1e-3
-"""Share of the larger force below which an equation has no input."""
-MAX_EVALUATIONS = 10
-"""Largest number of regressions for the start of the currents, without those of finite differences."""
-
-SHOWN_BY = 0.12
-"""Share of the sum of squares left without them that currents must explain: others follow faults of the model."""
-
+AVERAGED = 4.0  # length over which both sides are averaged, in bandwidths of the smoother
+MIN_FORCE_SHARE = 1e-3  # share of the larger force below which an equation has no input
+MAX_EVALUATIONS = 10  # largest number of regressions for the start of the currents, without those of finite differences
+SHOWN_BY = 0.12  # share of the sum of squares left without them that currents must explain: others follow faults of the model
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
 
@@ -193,8 +187,7 @@ def unexcited(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]])
 
 LASTING, BRIEF = 0.5, (0.02, 0.1)
 """Longest lags of the residuals' autocorrelation, and of their products with the derivatives, as shares of a window."""
-STRONG = 0.98
-"""Correlation from which on two parameters are reported."""
+STRONG = 0.98  # correlation from which on two parameters are reported
 INDISTINGUISHABLE = 1e-6
 """Relative norm of what is left of a parameter's effect when the others have explained it, below which it is not estimated."""
 

@@ -18,14 +18,9 @@ from vessel_hsmc_ros.identification.windows import predict
 
 COMPONENTS = ("force_x", "force_y")
 
-PROBE_SHARE = 0.01
-"""Load by which the linearisation is made, as a share of the rms surge force or the rms speed of the run."""
-
-ITERATIONS = 4
-"""Largest number of Gauss-Newton steps: drag is not linear in the current."""
-
-EXPLAINED = 0.5
-"""A load explains a run if it reduces the position error to this share or less."""
+PROBE_SHARE = 0.01  # load by which the linearisation is made, as a share of the rms surge force or the rms speed of the run
+ITERATIONS = 4  # largest number of Gauss-Newton steps: drag is not linear in the current
+EXPLAINED = 0.5  # a load explains a run if it reduces the position error to this share or less
 
 
 class SteadyLoad(NamedTuple):

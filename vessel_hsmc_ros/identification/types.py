@@ -175,8 +175,7 @@ HULL = (
 """All hull parameters of the equations of motion."""
 
 POSITIVE = ("surge_inertia", "sway_inertia", "yaw_inertia")
-NOT_NEGATIVE = PAPER[3:]
-"""The damping of each velocity by itself: with these, and without others, the ship never gains energy."""
+NOT_NEGATIVE = PAPER[3:]  # the damping of each velocity by itself: with these, and without others, the ship never gains energy
 NEUTRAL = dict.fromkeys(GAINS, 1.0) | dict.fromkeys((*OFFSETS, DELAY), 0.0)
 
 

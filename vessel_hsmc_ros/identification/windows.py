@@ -24,10 +24,8 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
 from vessel_hsmc_ros.simulation.compilation import compiled
 
 ORDER = 3
-SHORTEST = 7
-"""Window in samples: the shortest that still averages."""
-TOLERANCE = 1.1
-"""Largest ratio of the residuals of smoothing to the noise."""
+SHORTEST = 7  # window in samples: the shortest that still averages
+TOLERANCE = 1.1  # largest ratio of the residuals of smoothing to the noise
 
 
 class Smoothed(NamedTuple):
@@ -91,10 +89,8 @@ def _width(columns: Array, noise: Array) -> int:
 
 Integers = NDArray[np.int64]
 
-BEYOND = 60.0
-"""How long the first and the last wrench of a run are taken to act, s: longer than any delay."""
-LARGEST_STEP = 0.25
-"""Samples that are further apart are bridged by several steps, s."""
+BEYOND = 60.0  # how long the first and the last wrench of a run are taken to act, s: longer than any delay
+LARGEST_STEP = 0.25  # samples that are further apart are bridged by several steps, s
 
 
 class Windows(NamedTuple):
@@ -249,10 +245,8 @@ def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tup
     )
 
 
-WINDOW = 20.0
-"""Default length of a window, s."""
-FEWEST_IN_WINDOW = 10
-"""Samples that a window needs at least."""
+WINDOW = 20.0  # default length of a window, s
+FEWEST_IN_WINDOW = 10  # samples that a window needs at least
 
 
 def require_rate(run: Measurements, window: float) -> None:

@@ -87,8 +87,7 @@ Metrics = dict[str, float]
 STEADY_CHANGE = 0.01
 """A turn or a step is steady if the yaw rate or speed changes by less than this share of the largest one over its last fifth."""
 
-RISEN = 0.95
-"""The rise time of the force ends at this share of its last value."""
+RISEN = 0.95  # the rise time of the force ends at this share of its last value
 
 
 def turning_circle(track: Track, _settings: ManoeuvreParameters) -> Metrics:

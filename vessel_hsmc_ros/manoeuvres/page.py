@@ -87,9 +87,7 @@ def subtitle(results: Results) -> str:
 
 Figure = dict[str, Any]
 
-POINTS = 1500
-"""Approximate number of points of a line."""
-
+POINTS = 1500  # approximate number of points of a line
 AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False}
 SHIP, COMMAND, OTHER, LIMIT = "--run-0", "--run-1", "--run-2", "--limit"
 

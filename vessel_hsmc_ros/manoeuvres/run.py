@@ -13,12 +13,8 @@ from vessel_hsmc_ros.manoeuvres.ship import Ship, ship_of
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-MOORED = 1e12
-"""Surge inertia of the ship of the bollard pull, which keeps it from moving, kg."""
-
-SETTLING = 5.0
-"""Time to settle in units of T."""
-
+MOORED = 1e12  # surge inertia of the ship of the bollard pull, which keeps it from moving, kg
+SETTLING = 5.0  # time to settle in units of T
 STEPS_PER_LENGTH, STEPS_WHEN_STEADY = 500.0, 50.0
 """Control steps while the ship travels its length: many, because a zig-zag reverses the rudder at a step; fewer where only steady
 states count."""

@@ -30,12 +30,8 @@ from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 
-OUTPUT = 0.85
-"""Share of the largest output at which the manoeuvres begin."""
-
-MAX_STEADY_SPEED = 1e3
-"""A ship has no steady speed below this: its hull data contain no damping, m/s or rad/s."""
-
+OUTPUT = 0.85  # share of the largest output at which the manoeuvres begin
+MAX_STEADY_SPEED = 1e3  # a ship has no steady speed below this: its hull data contain no damping, m/s or rad/s
 SUFFIXES = (".yaml", ".yml")
 
 CALM: dict[str, object] = {

@@ -85,8 +85,7 @@ LABELS = {
 }
 """Names of metrics in words, where they are not the names with spaces."""
 
-MARGIN = 1e-3
-"""Share of a range of speeds that counts as inside it: a manoeuvre may begin at its end."""
+MARGIN = 1e-3  # share of a range of speeds that counts as inside it: a manoeuvre may begin at its end
 
 
 class Row(NamedTuple):

@@ -24,12 +24,8 @@ from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, ROLE_COL
 mpl.use("Agg")  # files only: no display is needed
 
 STYLES = {MAIN: "-", DESIRED: "--", OTHER: ":", THIRD: "-.", MEASURED: "-"}
-VALUES = 4000
-"""Largest number of values of a line, more than a figure can resolve."""
-
-LABEL_WIDTH = 24
-"""Longest line of an axis label, characters."""
-
+VALUES = 4000  # largest number of values of a line, more than a figure can resolve
+LABEL_WIDTH = 24  # longest line of an axis label, characters
 Array = NDArray[np.float64]
 
 
@@ -169,8 +165,7 @@ def _range(values: Array) -> tuple[float, float, float | None]:
     return float(values.min()), float(values.max()), None
 
 
-CONSTANT = 1e-6
-"""Intervals whose spread is below this are constant, as in lockstep, s."""
+CONSTANT = 1e-6  # intervals whose spread is below this are constant, as in lockstep, s
 
 
 def jitter_intervals(record: Record) -> Array | None:

@@ -24,9 +24,7 @@ Array = NDArray[np.float64]
 WITH_VALUES = ("parameter", "goal", "path", "fault")
 """Kinds of events whose text has values; that of the others repeats their kind."""
 
-TOGETHER = 1.0
-"""Events of one kind within this time are one call of several nodes, s."""
-
+TOGETHER = 1.0  # events of one kind within this time are one call of several nodes, s
 DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
     "vessel_sim": (
         ("steps", "steps", int),

@@ -20,8 +20,7 @@ from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, file_name
 
-MAX_LABEL_TEXTS = 2
-"""Differing parameters that a label names; the table of parameters has all of them."""
+MAX_LABEL_TEXTS = 2  # differing parameters that a label names; the table of parameters has all of them
 
 
 def distinguished(records: Sequence[Record]) -> list[Record]:
@@ -164,8 +163,7 @@ def page_of(bags: Sequence[Path]) -> Path:
     return bag.parent / (PAGE if bag.name == "bag" else f"{bag.stem if bag.is_file() else bag.name}_{PAGE}")
 
 
-ROWS = 10_000
-"""Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
+ROWS = 10_000  # rows that are converted to Python numbers at a time: those of a long run would not fit into memory
 
 
 def tables(run: Run) -> dict[str, Table]:

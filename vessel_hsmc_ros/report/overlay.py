@@ -14,8 +14,7 @@ Array = NDArray[np.float64]
 
 SHIP, REFERENCE = "ship", "reference"
 
-OUTLINE = 2000
-"""Number of points of a planned stretch between two stops."""
+OUTLINE = 2000  # number of points of a planned stretch between two stops
 
 
 @dataclass(frozen=True)

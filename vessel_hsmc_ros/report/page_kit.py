@@ -107,8 +107,7 @@ def origin() -> str:
 
 Array = NDArray[np.float64]
 
-TRACK_POINTS = 20_000
-"""Largest number of poses of a track; the page interpolates between them."""
+TRACK_POINTS = 20_000  # largest number of poses of a track; the page interpolates between them
 
 
 def packed(text: bytes) -> str:

@@ -119,8 +119,7 @@ AXES = ("surge", "sway", "yaw")
 VELOCITIES = ("surge velocity", "sway velocity", "yaw rate")
 ACCELERATION_UNITS = ("m/s²", "m/s²", "rad/s²")
 
-JITTER = 1e-6
-"""Control intervals whose spread is below this are constant, as in lockstep, and not drawn, s."""
+JITTER = 1e-6  # control intervals whose spread is below this are constant, as in lockstep, and not drawn, s
 
 
 @dataclass(frozen=True)

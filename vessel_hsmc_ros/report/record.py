@@ -22,8 +22,7 @@ from vessel_hsmc_ros.reference.path_parameters import Point
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, clock, passed, track_errors
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-Paths = Sequence[tuple[float, Sequence[Point]]]
-"""Waypoints that were set by messages, with their times, s."""
+Paths = Sequence[tuple[float, Sequence[Point]]]  # waypoints that were set by messages, with their times, s
 
 
 Array = NDArray[Any]

@@ -23,13 +23,10 @@ from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.scenario.parameters import SimParameters
 
-PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
-"""The forms of a packet by their magic numbers."""
-
+PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}  # the forms of a packet by their magic numbers
 GRAVITY = 9.80665
 
-SEPARATORS = ",", ":"
-"""The autopilot looks for the values next to the colons: after a blank it finds no vector."""
+SEPARATORS = ",", ":"  # the autopilot looks for the values next to the colons: after a blank it finds no vector
 
 
 class Outputs(NamedTuple):
@@ -71,9 +68,7 @@ def write_state(time: float, motion: Motion, acceleration: tuple[float, float, f
     return f"\n{json.dumps(content, separators=SEPARATORS)}\n".encode()
 
 
-PORT = 9002
-"""Where ArduPilot sends its outputs to."""
-
+PORT = 9002  # where ArduPilot sends its outputs to
 LONGEST_PACKET = 1024
 
 

@@ -24,14 +24,9 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
-FALLBACK_RATE_HZ = 100.0
-"""Rate of a law that is unstable at the requested one; the notes of the comparison mention it."""
-
-POINTS = 3000
-"""Approximate number of points of a line in a figure."""
-
-SETTLED = 100.0
-"""Reversals of the wrench are counted after this transient, or over the last quarter of a shorter run, s."""
+FALLBACK_RATE_HZ = 100.0  # rate of a law that is unstable at the requested one; the notes of the comparison mention it
+POINTS = 3000  # approximate number of points of a line in a figure
+SETTLED = 100.0  # reversals of the wrench are counted after this transient, or over the last quarter of a shorter run, s
 
 
 class LawMetrics(NamedTuple):

@@ -27,9 +27,7 @@ NUMBERS = (
 """Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel,
 error on the legs."""
 
-MAX_FINDINGS = 3
-"""Largest number of rows that the title names, and that have a sentence each."""
-
+MAX_FINDINGS = 3  # largest number of rows that the title names, and that have a sentence each
 COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
 

@@ -22,15 +22,9 @@ SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "hierarchical_printed")
 """In the order of their colours in comparisons (`comparison_page.COLOURS`), so that a law has one colour in every figure."""
 
-DURATION = 150.0
-"""Simulated time, s: long enough to show which law converges, and short enough to wait for."""
-
-CONVERGED = 0.5
-"""A law with a smaller rms position error over the last quarter of the run counts as converged, m."""
-
-UNEQUAL_FORCES = 10.0
-"""Ratio of the largest surge forces of two runs above which their approaches cannot be compared."""
-
+DURATION = 150.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
+CONVERGED = 0.5  # a law with a smaller rms position error over the last quarter of the run counts as converged, m
+UNEQUAL_FORCES = 10.0  # ratio of the largest surge forces of two runs above which their approaches cannot be compared
 TITLES = {
     "hierarchical": "The paper's law, repaired (hierarchical)",
     "hierarchical_printed": "The paper's law as printed (hierarchical_printed)",

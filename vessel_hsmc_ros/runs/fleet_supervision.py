@@ -23,9 +23,7 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 CONNECT_LIMIT_PER_VESSEL = 10.0
 """Further time for the discovery of the nodes of each vessel, s: their processes share the cores while they start."""
 
-SILENCE_LIMIT = 10.0
-"""As of a single vessel, s, but longer: many processes share the cores."""
-
+SILENCE_LIMIT = 10.0  # as of a single vessel, s, but longer: many processes share the cores
 OWN_PROCESSES = 4
 """Up to so many vessels, every node has a process of its own; in real time always, so that one does not delay another."""
 

@@ -18,8 +18,7 @@ from launch import Event, EventHandler, LaunchContext
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module
 
-FAILED = "vessel_hsmc_ros_failed"
-"""Where a launch context keeps the reason of its end."""
+FAILED = "vessel_hsmc_ros_failed"  # where a launch context keeps the reason of its end
 
 
 class Failure(Event):  # type: ignore[misc]

@@ -26,14 +26,9 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
-GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0
-"""The margins below which a loop is reported."""
-
-MAX_DURATION, RATE_HZ = 400.0, 20.0
-"""Of the reference at most this time, s, is looked at, at this rate."""
-
-SMALL = 0.02
-"""Share of a limit below which a force or moment that varies does not matter."""
+GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0  # the margins below which a loop is reported
+MAX_DURATION, RATE_HZ = 400.0, 20.0  # of the reference at most this time, s, is looked at, at this rate
+SMALL = 0.02  # share of a limit below which a force or moment that varies does not matter
 
 
 class Need(NamedTuple):

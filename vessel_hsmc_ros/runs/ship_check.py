@@ -15,12 +15,8 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
 
-TRACKED = 0.02
-"""Largest position error on the circle, in lengths of the ship, with which it counts as tracked."""
-
-NEGLIGIBLE = 1e-4
-"""Position error in lengths of the ship below which its digits mean nothing."""
-
+TRACKED = 0.02  # largest position error on the circle, in lengths of the ship, with which it counts as tracked
+NEGLIGIBLE = 1e-4  # position error in lengths of the ship below which its digits mean nothing
 CALM: dict[str, object] = {
     "vessel_sim.disturbance.earth_fixed.east_force": 0.0,
     "vessel_sim.disturbance.earth_fixed.north_force": 0.0,

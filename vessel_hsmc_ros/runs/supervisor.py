@@ -123,18 +123,12 @@ class ProcessFaults:
         return ""
 
 
-CONNECT_LIMIT = 20.0
-"""Time limit for the discovery of the nodes, and for the start of the live view, s."""
-
-SILENCE_LIMIT = 3.5
-"""A node publishes diagnostics every second; without any for this time, s, it is considered to hang."""
-
+CONNECT_LIMIT = 20.0  # time limit for the discovery of the nodes, and for the start of the live view, s
+SILENCE_LIMIT = 3.5  # a node publishes diagnostics every second; without any for this time, s, it is considered to hang
 STARVED_LIMIT = 20.0
 """After this time, s, without a report of any node all of them are considered to hang, not the machine to be busy."""
 
-INTERRUPTED = 128
-"""Offset of the exit code after a signal, whose number is added to it, as in a shell."""
-
+INTERRUPTED = 128  # offset of the exit code after a signal, whose number is added to it, as in a shell
 Progress = Callable[[float], None]
 
 

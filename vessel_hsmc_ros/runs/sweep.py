@@ -21,9 +21,7 @@ from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 LAW = "controller.law"
 
-MAX_SWEEP_POINTS = 100_000
-"""Largest number of values of an axis."""
-
+MAX_SWEEP_POINTS = 100_000  # largest number of values of an axis
 FORM = "it takes node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
 
 

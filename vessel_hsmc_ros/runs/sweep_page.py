@@ -104,11 +104,8 @@ def _page(picture: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metr
 
 Array = NDArray[Any]
 
-LOGARITHMIC_RATIO = 30.0
-"""Ratio of the largest to the smallest value from which on a scale is logarithmic."""
-
-MAX_TICKS = 8
-"""Largest number of cells in a row of a heat map that have their value written into them."""
+LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
+MAX_TICKS = 8  # largest number of cells in a row of a heat map that have their value written into them
 
 
 def shown(value: object) -> str:

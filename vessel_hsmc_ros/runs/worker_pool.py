@@ -22,14 +22,9 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 Progress = Callable[[float], None]
 
-POLL = 0.2
-"""Period at which the progress of all tasks is reported, s."""
-
-AHEAD = 2
-"""Of a stream, so many tasks are taken for each worker."""
-
-_shared: list[Any] = []
-"""In a worker process: the progress of every task, and the flag that cancels them."""
+POLL = 0.2  # period at which the progress of all tasks is reported, s
+AHEAD = 2  # of a stream, so many tasks are taken for each worker
+_shared: list[Any] = []  # in a worker process: the progress of every task, and the flag that cancels them
 
 
 def run_all(

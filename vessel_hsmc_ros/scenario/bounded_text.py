@@ -9,15 +9,9 @@ from typing import Any
 
 import yaml
 
-LARGEST_TEXT = 8 << 20
-"""Bytes of the largest text file that is read."""
-
-LARGEST_TABLE = 128 << 20
-"""Bytes of the largest CSV file of measurements."""
-
-MAX_VALUES = 1_000_000
-"""Values that a YAML text may stand for, with every alias expanded."""
-
+LARGEST_TEXT = 8 << 20  # bytes of the largest text file that is read
+LARGEST_TABLE = 128 << 20  # bytes of the largest CSV file of measurements
+MAX_VALUES = 1_000_000  # values that a YAML text may stand for, with every alias expanded
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
 

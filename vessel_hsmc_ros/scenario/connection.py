@@ -12,12 +12,8 @@ from vessel_hsmc_ros.scenario.interfaces import Interface
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS
 
-Values = Mapping[str, Mapping[str, Any]]
-"""Parameters by their dotted names, by node."""
-
-Names = Mapping[str, Mapping[str, str]]
-"""Full names of topics by the names that the nodes give them, by node."""
-
+Values = Mapping[str, Mapping[str, Any]]  # parameters by their dotted names, by node
+Names = Mapping[str, Mapping[str, str]]  # full names of topics by the names that the nodes give them, by node
 STATES = {
     "odometry": {"odometry": ("odom", types.ODOMETRY)},
     "pose_twist": {"pose": ("pose", types.POSE), "twist": ("twist", types.TWIST_STAMPED)},

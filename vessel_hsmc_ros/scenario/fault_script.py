@@ -11,8 +11,7 @@ from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript, check_settin
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line
 
-MOST_FAULTS = 1000
-"""Faults of a script at most."""
+MOST_FAULTS = 1000  # faults of a script at most
 
 
 def parse_script(text: str, source: str) -> FaultScript:

@@ -12,14 +12,9 @@ from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-MAX_VESSELS = 100
-"""Largest number of vessels; a ROS domain on one machine has room for about as many participants."""
-
-SPACING = 50.0
-"""Default distance between the starts of two neighbours, m."""
-
-NAMESPACE = "vessel"
-"""The vessels are `vessel_1`, `vessel_2` and so on, unless a namespace is given."""
+MAX_VESSELS = 100  # largest number of vessels; a ROS domain on one machine has room for about as many participants
+SPACING = 50.0  # default distance between the starts of two neighbours, m
+NAMESPACE = "vessel"  # the vessels are `vessel_1`, `vessel_2` and so on, unless a namespace is given
 
 
 @dataclass(frozen=True)

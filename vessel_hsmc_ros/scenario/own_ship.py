@@ -48,9 +48,7 @@ HULL_NAMES = (
 
 LIMITS = ("surge_force_limit", "yaw_moment_limit")
 
-OVERRIDES = ("length", "beam", *LIMITS)
-"""The main data that are hull data too, so that they can differ from those of a vessel."""
-
+OVERRIDES = ("length", "beam", *LIMITS)  # the main data that are hull data too, so that they can differ from those of a vessel
 OF_A_VESSEL = """Hull, propulsion and thrusters are those of vessel {vessel}; single values can be changed here, as in
 vessel: {{name: {vessel}, length: 2.1}}. References are scaled to it by the rules beside the numbers."""
 

@@ -182,9 +182,7 @@ NODES = Declarations(
     }
 )
 
-VESSEL = "vessel."
-"""Prefix of the hull data, which the nodes share."""
-
+VESSEL = "vessel."  # prefix of the hull data, which the nodes share
 VESSEL_NAME = f"{VESSEL}name"
 
 

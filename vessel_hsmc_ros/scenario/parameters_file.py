@@ -19,11 +19,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.bounded_text import read_ros_yaml, read_text
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 
-USE_SIM_TIME = "use_sim_time"
-"""A parameter that every ROS node has; it is not one of a scenario."""
-
-FAULTS = "faults"
-"""The section of a scenario with scripted faults, which is not of a node."""
+USE_SIM_TIME = "use_sim_time"  # a parameter that every ROS node has; it is not one of a scenario
+FAULTS = "faults"  # the section of a scenario with scripted faults, which is not of a node
 
 
 def read_parameters(

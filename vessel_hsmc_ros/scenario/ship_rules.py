@@ -34,22 +34,15 @@ from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, LARGEST_SHARE
 
 AIR_DENSITY = 1.2
 
-LARGEST_FROUDE = 1.5
-"""Largest Froude number U/sqrt(g·L) that is believed of the damping of a hull."""
-
-LARGEST_RHO = 0.8
-"""Largest rho with which the law may be faster than the decay of the drift."""
-
+LARGEST_FROUDE = 1.5  # largest Froude number U/sqrt(g·L) that is believed of the damping of a hull
+LARGEST_RHO = 0.8  # largest rho with which the law may be faster than the decay of the drift
 SLOW_RHO, SLOW_DECAY = 0.6, 1.0
 """The same where the decay is slow beside the ship's turns, and the a·T below which it counts as slow."""
 
-STRAIGHT = 2.0
-"""Largest decay rate in terms of that on a straight line, where a faster law would oscillate about it."""
-
+STRAIGHT = 2.0  # largest decay rate in terms of that on a straight line, where a faster law would oscillate about it
 ADJUSTMENTS = 60
 
-SETTLED = 50.0
-"""Duration of a run at least, in T, or in terms of 1/a where the law must be slower than the decay of the drift."""
+SETTLED = 50.0  # duration of a run at least, in T, or in terms of 1/a where the law must be slower than the decay of the drift
 
 
 class Scale(NamedTuple):

@@ -50,8 +50,7 @@ from vessel_hsmc_ros.scenario.ship_rules import scale_of
 
 SCENARIO = "case2_tracking"
 
-WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}
-"""The windows at the end of a run, and the fraction of the run before each."""
+WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}  # the windows at the end of a run, and the fraction of the run before each
 
 
 @dataclass(frozen=True)

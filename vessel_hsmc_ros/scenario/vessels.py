@@ -25,9 +25,7 @@ from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
 from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line
 
-ACTUATORS = "actuators."
-"""Prefix of the plant's actuators."""
-
+ACTUATORS = "actuators."  # prefix of the plant's actuators
 PAPERS_SHIP = "paper_ship"
 
 PERIODIC_FORCES = tuple(f"disturbance.periodic.{force}" for force in ("surge_force", "sway_force", "yaw_moment"))
@@ -46,8 +44,7 @@ REQUIRED = (
 )
 """What a vessel file must give; the paper's values would be wrong for another ship."""
 
-DRAUGHT_FACTOR = 0.2
-"""Draught in terms of the beam, where a vessel file leaves it out; only waves use it."""
+DRAUGHT_FACTOR = 0.2  # draught in terms of the beam, where a vessel file leaves it out; only waves use it
 
 
 @dataclass(frozen=True)

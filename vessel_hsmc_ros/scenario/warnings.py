@@ -13,9 +13,7 @@ from vessel_hsmc_ros.reference.path_parameters import scheduled_path
 from vessel_hsmc_ros.scenario.ineffective import ineffective
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-SHIPS = (PLANT, REFERENCE, CONTROLLER)
-"""The nodes that have hull data."""
-
+SHIPS = (PLANT, REFERENCE, CONTROLLER)  # the nodes that have hull data
 FORCES = ("surge_force", "sway_force", "yaw_moment")
 
 

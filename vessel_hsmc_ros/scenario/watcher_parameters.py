@@ -256,5 +256,4 @@ class FaultRelayParameters(CommonParameters):
     rate_hz: float = rate("Rate of the plant, by which the relay counts the steps of a lockstep run.")
 
 
-AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}
-"""Nodes whose parameters are not part of a scenario."""
+AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}  # nodes whose parameters are not part of a scenario

@@ -59,8 +59,7 @@ def _installed() -> bool:
     return found
 
 
-_loading = threading.RLock()
-"""Held while machine code is loaded or compiled, for which Numba is changed."""
+_loading = threading.RLock()  # held while machine code is loaded or compiled, for which Numba is changed
 
 
 class Compiled:
@@ -190,11 +189,8 @@ def _is_kernel(value: object) -> bool:
 
 PACKAGE = Path(__file__).parents[1]
 
-MARK = "\n@kernel\n"
-"""What a room with kernels has in one of its files."""
-
-KEPT_VERSIONS = 4
-"""Number of folders that are kept in a place, so that environments that share it do not remove each other's."""
+MARK = "\n@kernel\n"  # what a room with kernels has in one of its files
+KEPT_VERSIONS = 4  # number of folders that are kept in a place, so that environments that share it do not remove each other's
 
 
 @dataclass(frozen=True)

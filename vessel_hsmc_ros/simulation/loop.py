@@ -62,8 +62,7 @@ are those of the state and of the measurement in the messages, not wrapped."""
 
 WIDTH = sum(WIDTHS.values())
 
-BRIEF = 7
-"""Numbers of a step that metrics need; see `preparation.Kept`."""
+BRIEF = 7  # numbers of a step that metrics need; see `preparation.Kept`
 
 
 class Evaluated(NamedTuple):

@@ -81,8 +81,7 @@ class Kept(NamedTuple):
     back: Array  # what the tracking errors at the origin exceed those at the centre of percussion by, (m, 4)
 
 
-NEVER = -1
-"""The stamp of the last command before the first."""
+NEVER = -1  # the stamp of the last command before the first
 
 
 class ThrusterDrive(NamedTuple):

@@ -22,8 +22,7 @@ from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.loop import is_compilable
 
-MIN_COMPILED_STEPS = 5000
-"""Fewer steps are interpreted: that takes less time than to load the compiled law."""
+MIN_COMPILED_STEPS = 5000  # fewer steps are interpreted: that takes less time than to load the compiled law
 
 
 class Recorded(NamedTuple):

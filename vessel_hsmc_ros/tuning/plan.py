@@ -40,9 +40,7 @@ from vessel_hsmc_ros.tuning.gains import NODE, Gain, with_gains
 
 LAW = "controller.law"
 
-SEED_STEP, SEEDS = 1_000_003, 2**31
-"""Held-out runs have the seed of their case plus this step, modulo the number of seeds."""
-
+SEED_STEP, SEEDS = 1_000_003, 2**31  # held-out runs have the seed of their case plus this step, modulo the number of seeds
 LIMITED = {"at_most": "position_error_rms_last_quarter", "largest": "position_error_peak_last_quarter"}
 """The metric that a limit of a suite bounds."""
 
@@ -127,14 +125,10 @@ def law_of(cases: Sequence[Case]) -> str:
     return laws[0]
 
 
-FLOOR, PENALTY = 0.01, 1000.0
-"""The smallest ratio, and the largest, which a run that fails has."""
-
+FLOOR, PENALTY = 0.01, 1000.0  # the smallest ratio, and the largest, which a run that fails has
 AGGREGATES = ("geometric_mean", "worst")
 
-SETTLING = "settling_time"
-"""The metric that a run has no value of if it has not settled, which counts like a failure."""
-
+SETTLING = "settling_time"  # the metric that a run has no value of if it has not settled, which counts like a failure
 ERROR, EFFORTS = "position_error_rms_last_quarter", ("yaw_moment_rms", "surge_force_rms")
 """The metric of the cost by default, and the metrics of the effort, the first of which is drawn beside another cost."""
 
@@ -211,8 +205,7 @@ def _value(outcome: Outcome, metric: str) -> float:
     return float("nan") if value is None else abs(value)
 
 
-MIN_PARALLEL_RUNS = 100
-"""From this number of runs on, parallel processes save more time than their start takes."""
+MIN_PARALLEL_RUNS = 100  # from this number of runs on, parallel processes save more time than their start takes
 
 
 class Evaluation(NamedTuple):

@@ -33,14 +33,9 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.tuning.gains import Gain
 from vessel_hsmc_ros.tuning.plan import FLOOR, Case, Cost, Evaluation, Tuning
 
-RUNS_OF_A_BATCH = 4
-"""As many trials are proposed together as have at least this number of runs, which keeps several cores busy."""
-
-FIRST = 10
-"""Number of trials that do not depend on others."""
-
-RESULT, REASON = "result", "reason"
-"""Attributes of a trial: its cost, effort and number of failed runs; why it was pruned."""
+RUNS_OF_A_BATCH = 4  # as many trials are proposed together as have at least this number of runs, which keeps several cores busy
+FIRST = 10  # number of trials that do not depend on others
+RESULT, REASON = "result", "reason"  # attributes of a trial: its cost, effort and number of failed runs; why it was pruned
 
 
 class Trial(NamedTuple):
@@ -161,8 +156,7 @@ def _trial(number: int, each: FrozenTrial) -> Trial:
 
 NAME = "tuning"
 
-DEFINITION = "definition"
-"""The attribute of the study that describes the tuning."""
+DEFINITION = "definition"  # the attribute of the study that describes the tuning
 
 
 @contextmanager
@@ -228,12 +222,8 @@ def _short(value: object) -> str:
     return "is missing" if value is None else f"= {value}"
 
 
-EDGE = 0.02
-"""A gain is at the edge of its range within this share of it."""
-
-NOTABLE = 1.02
-"""A smaller ratio of two costs counts as no difference."""
-
+EDGE = 0.02  # a gain is at the edge of its range within this share of it
+NOTABLE = 1.02  # a smaller ratio of two costs counts as no difference
 Report = Callable[[float, str], None]
 
 
