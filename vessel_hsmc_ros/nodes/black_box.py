@@ -29,20 +29,11 @@ from vessel_hsmc_ros.nodes.kept_logger import KeptLogger
 from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 from vessel_hsmc_ros.scenario.parameters_file import tree
 
-MEMORY = 32 * 1024 * 1024
-"""Limit of the messages kept, bytes: a controller at 100 Hz needs 7 MB for 30 s."""
-
-LEAST_INTERVAL, MOST_BAGS = 60.0, 10
-"""Least time between two bags of a process, s, and the largest number of them."""
-
-AFTERWARDS = 1.0
-"""Time for which messages are still taken after an error, s, unless it ends the node."""
-
-WRITE_LIMIT = 20.0
-"""Longest time for writing a bag, s."""
-
-PIECE = 256
-"""Messages that are passed to the writing process at once."""
+MEMORY = 32 * 1024 * 1024  # limit of the messages kept, bytes: a controller at 100 Hz needs 7 MB for 30 s
+LEAST_INTERVAL, MOST_BAGS = 60.0, 10  # least time between two bags of a process, s, and the largest number of them
+AFTERWARDS = 1.0  # time for which messages are still taken after an error, s, unless it ends the node
+WRITE_LIMIT = 20.0  # longest time for writing a bag, s
+PIECE = 256  # messages that are passed to the writing process at once
 
 
 class BlackBox:
