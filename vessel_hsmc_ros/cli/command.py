@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from vessel_hsmc_ros.cli.console import print_error, print_status, print_warning
-from vessel_hsmc_ros.cli.main import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
 from vessel_hsmc_ros.core.exceptions import BagWarning, NoBagError, ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module, require
 from vessel_hsmc_ros.core.version import __version__

@@ -13,7 +13,7 @@ from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from vessel_hsmc_ros.cli.main import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
 from vessel_hsmc_ros.core.exceptions import BagError
 
 if TYPE_CHECKING:
