@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from bag_making import CLOCK, PERIOD, clock
 
-from vessel_hsmc_ros.bags.black_box import write
-from vessel_hsmc_ros.bags.black_box_content import header, record
+from vessel_hsmc_ros.bags.black_box import header, record, write
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import BagError
 

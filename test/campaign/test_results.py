@@ -10,7 +10,7 @@ from vessel_hsmc_ros.campaign.diagrams import diagrams
 from vessel_hsmc_ros.campaign.report import _subtitle
 from vessel_hsmc_ros.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.campaign.sampling import noise_seed
-from vessel_hsmc_ros.campaign.sensitivity import Influence
+from vessel_hsmc_ros.campaign.statistics import Influence
 from vessel_hsmc_ros.core.metrics import Metrics
 
 

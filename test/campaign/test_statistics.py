@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.campaign.sensitivity import FEWEST, influences
-from vessel_hsmc_ros.campaign.statistics import at_most, clopper_pearson, exceedance, paired, quantile
+from vessel_hsmc_ros.campaign.statistics import FEWEST, at_most, clopper_pearson, exceedance, influences, paired, quantile
 
 
 # Clopper and Pearson's interval in textbooks: 4 of 20, 10 of 100, none of 10 and all of 10.

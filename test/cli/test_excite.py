@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.bags.writer import BagWriter
-from vessel_hsmc_ros.cli import results
+from vessel_hsmc_ros.cli import console
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
@@ -55,7 +55,7 @@ def test_the_next_command_can_be_pasted_whatever_the_name_of_the_file(name: str)
 def test_the_command_that_continues_from_a_failed_run_can_be_pasted(tmp_path: Path, name: str) -> None:
     bag = tmp_path / name
     BagWriter(bag).close()
-    command = results._what_remains(bag).partition(": ")[2]
+    command = console._what_remains(bag).partition(": ")[2]
     assert shlex.split(command) == ["vessel-hsmc", "report", str(bag)]
 
 

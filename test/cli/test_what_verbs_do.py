@@ -10,11 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli import gains, identify, run
-from vessel_hsmc_ros.cli.campaign_row import compare_with_row
 from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.cli.options import compare_with_row
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.law.linear_loop import Margins
-from vessel_hsmc_ros.runs.fleet import FleetResult
+from vessel_hsmc_ros.runs.scenario_run import Result
 from vessel_hsmc_ros.scenario import own_ship
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -26,9 +26,9 @@ METRICS = Metrics(*[float(number) for number in range(1, len(Metrics._fields) + 
 @pytest.fixture
 def fleets(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[Any]:
     """The fleets that `run` would start; the first entry is the result that it gets."""
-    given: list[Any] = [FleetResult(RunFolder(tmp_path / "made"))]
+    given: list[Any] = [Result(RunFolder(tmp_path / "made"))]
 
-    def start(fleet: Any, folder: RunFolder, *_: Any) -> FleetResult:
+    def start(fleet: Any, folder: RunFolder, *_: Any) -> Result:
         given.extend([fleet, folder])
         return given[0]  # type: ignore[no-any-return]
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.cli import campaign, campaign_row, console, excite, init, reproduce, results
+from vessel_hsmc_ros.cli import campaign, console, excite, init, reproduce
 from vessel_hsmc_ros.cli.call import SWITCHES, TRIGGERS
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.gains import _margins
-from vessel_hsmc_ros.cli.options import print_json
+from vessel_hsmc_ros.cli.options import compare_with_row, print_json
 from vessel_hsmc_ros.cli.path import read_waypoints
 from vessel_hsmc_ros.cli.replay import verdict
 from vessel_hsmc_ros.cli.watch import _error, quantities
@@ -137,8 +137,8 @@ def test_a_verification_names_the_first_difference_and_the_largest() -> None:
 
 def test_metrics_of_several_runs_have_a_line_for_each_that_any_has(monkeypatch: pytest.MonkeyPatch) -> None:
     printed: list[Any] = []
-    monkeypatch.setattr(results, "print_table", lambda *given: printed.extend(given))
-    results.print_metrics([("one", [("a", "1 m"), ("b", "2 m")]), ("two", [("b", "3 m"), ("c", "4 m")])])
+    monkeypatch.setattr(console, "print_table", lambda *given: printed.extend(given))
+    console.print_metrics([("one", [("a", "1 m"), ("b", "2 m")]), ("two", [("b", "3 m"), ("c", "4 m")])])
     assert printed == [["", "one", "two"], [("a", "1 m", ""), ("b", "2 m", "3 m"), ("c", "", "4 m")]]
 
 
@@ -175,13 +175,13 @@ def test_a_repeated_row_that_differs_has_the_exit_code_of_a_difference(
 
     row: Any = SimpleNamespace(run=7, values={"ended_early": False}, differences=differences)
     result: Any = SimpleNamespace(metrics="metrics", failure="failure", exit_code=3)
-    assert campaign_row.compare_with_row(row, result) == code
+    assert compare_with_row(row, result) == code
     assert arguments == ["metrics", "failure"]
     captured = capsys.readouterr()
     assert ("error: row 7: it differs" in captured.err) == bool(lines)
     assert ("bit-identical to those of row 7" in captured.out) != bool(lines)
     unknown: Any = SimpleNamespace(run=7, values={})
-    assert campaign_row.compare_with_row(unknown, result) == 3
+    assert compare_with_row(unknown, result) == 3
 
 
 def test_numbers_that_are_not_finite_are_null_for_programs(capsys: pytest.CaptureFixture[str]) -> None:

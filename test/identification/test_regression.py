@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.identification.regression import columns, input_size, least_known, regressors, strong_correlations
-from vessel_hsmc_ros.identification.smoothing import Smoothed
 from vessel_hsmc_ros.identification.types import DELAY, GAINS, HULL, OFFSETS, Measurements, vessel
+from vessel_hsmc_ros.identification.windows import Smoothed
 from vessel_hsmc_ros.plant.dynamics import derivative
 
 CALM = (0.0, 0.0, 0.0)

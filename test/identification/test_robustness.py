@@ -12,9 +12,8 @@ from vessel_hsmc_ros.identification.excitation import excitation, scenario_text
 from vessel_hsmc_ros.identification.measurements import from_run
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress
-from vessel_hsmc_ros.identification.smoothing import smooth
 from vessel_hsmc_ros.identification.types import Identified, Measurements, model, unknowns
-from vessel_hsmc_ros.identification.windows import windows
+from vessel_hsmc_ros.identification.windows import smooth, windows
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.scenario import parse_scenario

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.identification.smoothing import smooth
 from vessel_hsmc_ros.identification.types import Measurements
+from vessel_hsmc_ros.identification.windows import smooth
 
 TIME = np.arange(0.0, 200.0, 0.1)
 

@@ -9,7 +9,7 @@ import pytest
 from harness import Command
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.given_parameters import check_rules
+from vessel_hsmc_ros.scenario.parameters_file import check_rules
 
 NODE = [sys.executable, "-m", "vessel_hsmc_ros.nodes.controller"]
 

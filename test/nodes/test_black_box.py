@@ -13,7 +13,6 @@ from driving import ACCELERATION, REFERENCE, STATE, Plant
 from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.bags import black_box as writer
-from vessel_hsmc_ros.bags import black_box_content as content
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
@@ -109,13 +108,13 @@ def test_a_message_that_is_larger_than_the_memory_neither_ends_the_node_nor_disp
     monkeypatch.setattr(node.get_logger(), "_keep", lambda *line: lines.append(line))
     monkeypatch.setattr(black_box, "MEMORY", 10_000)
     message = conv.new_odometry()
-    message.header.frame_id = "x" * (black_box.MEMORY + over - len(content.record(0, 0, serialize_message(message))))
+    message.header.frame_id = "x" * (black_box.MEMORY + over - len(writer.record(0, 0, serialize_message(message))))
     first = box.receiver("/odom", type(message), lambda _: None)
     for _ in range(5):
         box.keep("/cmd_wrench", conv.new_wrench())
     kept = len(box._kept)
     first(serialize_message(message))
-    too_large = len(content.record(0, 0, serialize_message(message))) > black_box.MEMORY
+    too_large = len(writer.record(0, 0, serialize_message(message))) > black_box.MEMORY
     assert (len(box._kept) == kept) is too_large
     assert any("a message of /odom must be at most" in text for *_, text in lines) or not too_large
     box.keep("/cmd_wrench", conv.new_wrench())
@@ -130,27 +129,27 @@ def test_a_clock_that_is_set_does_not_empty_a_black_box(monkeypatch: pytest.Monk
         monkeypatch.setattr(boxes.box, "_stamp", lambda: stamps[-1])
         boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([k]))
     boxes.write("an error")
-    assert boxes.written == [b"".join(content.record(stamp, 0, bytes([k])) for k, stamp in enumerate(stamps))]
+    assert boxes.written == [b"".join(writer.record(stamp, 0, bytes([k])) for k, stamp in enumerate(stamps))]
 
 
 def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     folders = [str(tmp_path / "file" / "bag"), str(tmp_path / "bag")]
     wrench = os.urandom(4)
-    data = content.header(folders, {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
-    folder, refused = writer.write(io.BytesIO(data + content.record(5, 0, wrench)))
+    data = writer.header(folders, {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
+    folder, refused = writer.write(io.BytesIO(data + writer.record(5, 0, wrench)))
     assert folder == tmp_path / "bag"
     assert "cannot be made: Not a directory" in refused
     (message,) = open_bag(folder).raw_messages("/cmd_wrench")
     assert (message.log_time, message.data) == (5, wrench)
     with pytest.raises(BagError, match="Not a directory"):
-        writer.write(io.BytesIO(content.header(folders[:1], {}, {}, "")))
+        writer.write(io.BytesIO(writer.header(folders[:1], {}, {}, "")))
 
 
 def small(*folders: Path) -> io.BytesIO:
     """The content of a black box with one message."""
-    header = content.header([*map(str, folders)], {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
-    return io.BytesIO(header + content.record(5, 0, bytes(4)))
+    header = writer.header([*map(str, folders)], {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
+    return io.BytesIO(header + writer.record(5, 0, bytes(4)))
 
 
 def test_a_name_that_repeats_loses_nothing(tmp_path: Path) -> None:
@@ -222,7 +221,7 @@ def test_every_message_of_a_black_box_reaches_its_bag_whatever_the_pieces(monkey
     boxes, expected = Boxes(monkeypatch), []
     for k in range(count):
         boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([k] * 3))
-        expected.append(content.record(5, 0, bytes([k] * 3)))
+        expected.append(writer.record(5, 0, bytes([k] * 3)))
     boxes.write("an error")
     assert boxes.written == [b"".join(expected)]
 
@@ -232,7 +231,7 @@ def test_a_second_error_within_a_minute_writes_nothing(monkeypatch: pytest.Monke
     for number in range(3):
         boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([number]))
         boxes.write("an error")
-    assert boxes.written == [content.record(5, 0, bytes([0]))]
+    assert boxes.written == [writer.record(5, 0, bytes([0]))]
 
 
 def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -297,4 +296,4 @@ def test_what_follows_an_error_for_a_while_is_in_its_bag(monkeypatch: pytest.Mon
     waited = SimpleNamespace(wait=lambda _: boxes.box.keep("/cmd_wrench", conv.new_wrench(), b"after"))
     monkeypatch.setattr(boxes.box, "_ending", waited)
     boxes.write("an error")
-    assert boxes.written == [content.record(5, 0, b"before") + content.record(5, 0, b"after")]
+    assert boxes.written == [writer.record(5, 0, b"before") + writer.record(5, 0, b"after")]

@@ -25,7 +25,7 @@ from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.markers import MarkerNode
 from vessel_hsmc_ros.nodes.process import run_node
-from vessel_hsmc_ros.scenario.given_parameters import given_parameters
+from vessel_hsmc_ros.scenario.parameters_file import given_parameters
 
 SHARED = """\
 /**:

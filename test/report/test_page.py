@@ -20,8 +20,8 @@ from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.report import Record, figures, style
 from vessel_hsmc_ros.report.overlay import overlays
+from vessel_hsmc_ros.report.page_kit import Payload
 from vessel_hsmc_ros.report.panels import panels
-from vessel_hsmc_ros.report.payload import Payload
 from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario

@@ -16,8 +16,8 @@ from vessel_hsmc_ros.core.track_errors import TrackErrors
 from vessel_hsmc_ros.report import Record, making, page
 from vessel_hsmc_ros.report.making import Options
 from vessel_hsmc_ros.report.overlay import Plan, overlays, plans
+from vessel_hsmc_ros.report.page_kit import TRACK_POINTS, Payload
 from vessel_hsmc_ros.report.panels import Line, Panel
-from vessel_hsmc_ros.report.payload import TRACK_POINTS, Payload
 from vessel_hsmc_ros.report.record import Limit, planned
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 

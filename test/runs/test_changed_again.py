@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.cli.campaign_row import compare_with_row
+from vessel_hsmc_ros.cli.options import compare_with_row
 from vessel_hsmc_ros.runs.comparison import Task, prepare
 from vessel_hsmc_ros.runs.verification import _shortened
 from vessel_hsmc_ros.scenario.scenario import load_scenario

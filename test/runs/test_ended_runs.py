@@ -286,7 +286,7 @@ def test_a_disk_that_is_full_hides_no_interrupt(tmp_path: Path, monkeypatch: pyt
         raise RunError("the disk is full")
 
     monkeypatch.setattr(scenario_run, "supervisor_module", lambda: SimpleNamespace(supervise=lambda *_: STATUSES[2]))
-    monkeypatch.setattr(scenario_run, "_write_summary", full)
+    monkeypatch.setattr(scenario_run, "write_results", full)
     found = scenario_run.run_nodes(load_scenario("case2_straight"), RunFolder(tmp_path), "", lambda _: None)
     assert (found.exit_code, found.failure) == (130, "interrupted by SIGINT")
 

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.law.linear_loop import Margins
 from vessel_hsmc_ros.manoeuvres.ship import in_still_water
 from vessel_hsmc_ros.reference.curve_motion import Demand
-from vessel_hsmc_ros.runs import fleet, margins, ship_check
+from vessel_hsmc_ros.runs import fleet, margins, scenario_run, ship_check
 from vessel_hsmc_ros.runs.margins import Need
 from vessel_hsmc_ros.scenario.fleet import make_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -158,7 +158,7 @@ def ended(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
     monkeypatch.setattr(fleet, "supervisor_module", lambda: None)
     monkeypatch.setattr(fleet, "_evaluate", evaluate)
-    monkeypatch.setattr(fleet, "write_summary", write_summary)
+    monkeypatch.setattr(scenario_run, "write_summary", write_summary)
     monkeypatch.setattr("vessel_hsmc_ros.runs.fleet_supervision.supervise_fleet", supervise)
     return how
 
@@ -194,7 +194,7 @@ def test_a_summary_that_cannot_be_written_hides_no_interrupt(
         raise RunError("the disk is full")
 
     ended.update(code=130, failure="interrupted")
-    monkeypatch.setattr(fleet, "write_summary", refused)
+    monkeypatch.setattr(scenario_run, "write_summary", refused)
     result = fleet.run_fleet(FLEET, RunFolder(tmp_path), lambda _: None)
     assert (result.exit_code, result.failure) == (130, "interrupted")
 
@@ -205,7 +205,8 @@ def test_the_summary_of_a_fleet_has_each_vessel_under_its_name(ended: dict[str, 
         SimpleNamespace(name="boat_1", metrics=metrics, facts={"messages_recorded": 3}),
         SimpleNamespace(name="boat_2", metrics=None, facts={"messages_recorded": 4}),
     ]
-    fleet._summarise(fleet.FleetResult(RunFolder(tmp_path), 1, "failed", records), {})
+    result = scenario_run.Result(RunFolder(tmp_path), 1, "failed", facts={"vessels": fleet.by_vessel(records)})
+    scenario_run.write_results(result, {})
     assert ended["summaries"] == [
         (
             1,

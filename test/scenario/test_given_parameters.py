@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.given_parameters import given_parameters, sections
+from vessel_hsmc_ros.scenario.parameters_file import given_parameters, sections
 
 VALUES = {"2": 2, "0.3": 0.3, "true": True, "guided": "guided", "500,0": "500,0", "[1, 2]": [1, 2], "'5'": "5", "1e5": 1e5}
 """Texts of values with what ROS reads."""

@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.new_survey import NewSurvey, planned_time, survey_of, with_survey
-from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_text
+from vessel_hsmc_ros.scenario.own_ship import (
+    MainData,
+    NewSurvey,
+    planned_time,
+    scenario_for,
+    scenario_text,
+    survey_of,
+    with_survey,
+)
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario

@@ -14,8 +14,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.tuning.files import MAX_LISTED_RUNS, _cases, summary
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
 from vessel_hsmc_ros.tuning.plan import Case, Cost, Evaluation, Objective, Tuning, chosen_objective, load_cases
-from vessel_hsmc_ros.tuning.result import Result, _repair, front_of, tune
-from vessel_hsmc_ros.tuning.search import Trial
+from vessel_hsmc_ros.tuning.result import Result, Trial, _repair, front_of, tune
 
 
 class Formula(Tuning):

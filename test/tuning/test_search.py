@@ -14,8 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioEr
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
 from vessel_hsmc_ros.tuning.plan import Objective, Tuning, held_out_cases, load_cases
-from vessel_hsmc_ros.tuning.result import Result, front_of, open_study, tune
-from vessel_hsmc_ros.tuning.search import Trial
+from vessel_hsmc_ros.tuning.result import Result, Trial, front_of, open_study, tune
 
 SHORT = {"vessel_sim.duration": 1.0, "vessel_sim.sensors.position_noise": 0.1} | {
     f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")

@@ -14,8 +14,7 @@ from vessel_hsmc_ros.runs.batch import Outcome
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.tuning.gains import Gain
 from vessel_hsmc_ros.tuning.plan import Case, Objective, Tuning
-from vessel_hsmc_ros.tuning.result import open_study
-from vessel_hsmc_ros.tuning.search import Search, Trial
+from vessel_hsmc_ros.tuning.result import Search, Trial, open_study
 
 POSITION, SPEED = "controller.guided.position_gain", "controller.guided.approach_speed"
 GAINS = [Gain(POSITION, 0.05, 5.0, True), Gain(SPEED, 1.0, 3.0, False)]

@@ -17,8 +17,7 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.tuning import files
 from vessel_hsmc_ros.tuning.gains import Gain
 from vessel_hsmc_ros.tuning.plan import PENALTY, Case, Cost, Evaluation, Objective, Tuning, load_cases
-from vessel_hsmc_ros.tuning.result import Result, best_of, front_of, verdict
-from vessel_hsmc_ros.tuning.search import Trial
+from vessel_hsmc_ros.tuning.result import Result, Trial, best_of, front_of, verdict
 
 LAW = "los_pid"
 FIRST, SECOND = f"controller.{LAW}.surge_gain", f"controller.{LAW}.yaw_damping"

@@ -2,39 +2,62 @@
 
     python -m vessel_hsmc_ros.bags.black_box < content
 
-`black_box_content` makes the content. The process prints the folder of the bag.
+The content is a line of JSON (`header`), followed by records. The process prints the folder of the bag. Libraries are imported
+where they are used: a node that makes a content need not load them.
 """
 
 import itertools
 import json
 import os
+import struct
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, BinaryIO
 
-from vessel_hsmc_ros.bags.black_box_content import records
-from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.messages.topics import definition
 
-NICENESS = 10
-"""Niceness of the process: the control loop has priority."""
+WRITER = "vessel_hsmc_ros.bags.black_box"  # this module, for the process
+NICENESS = 10  # niceness of the process: the control loop has priority
+_RECORD = struct.Struct("<qHI")
+
+
+def header(folders: Sequence[str], notes: Mapping[str, str], topics: Mapping[str, str], parameters: str) -> bytes:
+    """The first line of the content: where the bag may be written, in the order of preference, and what it has besides messages.
+
+    `topics`: message types by topic, in the order of the topics' numbers. `parameters`: those of the node, as a ROS parameters
+    file.
+    """
+    content = {"folders": list(folders), "notes": dict(notes), "topics": list(topics.items()), "parameters": parameters}
+    return json.dumps(content).encode() + b"\n"
+
+
+def record(time: int, topic: int, data: bytes) -> bytes:
+    """A message in the content."""
+    return _RECORD.pack(time, topic, len(data)) + data
+
+
+def records(content: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """The messages in a content without its first line: time, number of the topic, data.
+
+    One that is cut off at the end, because the node was killed while it passed the content on, is left out.
+    """
+    begin = _RECORD.size
+    while begin <= len(content):
+        time, topic, length = _RECORD.unpack_from(content, begin - _RECORD.size)
+        if begin + length > len(content):
+            return
+        yield time, topic, content[begin : begin + length]
+        begin += length + _RECORD.size
 
 
 def write(content: BinaryIO) -> tuple[Path, str]:
     """Write the bag into the first folder that takes it; one that exists is left alone, and another name is taken beside it.
 
-    Args:
-        content: Opened file of the content, which is read to its end.
-
-    Returns:
-        The bag's folder, and why none of the folders before it took the bag; empty if it is the first.
-
-    Raises:
-        BagError: no folder takes the bag, or there is no content.
+    Returns the bag's folder, and why none of the folders before it took the bag; empty if it is the first. Raises BagError if
+    no folder takes the bag, or there is no content.
     """
     head = content.readline()
     if not head.endswith(b"\n"):
@@ -64,30 +87,26 @@ def _unused(folder: Path) -> Path:
 
 def _write(folder: Path, about: Mapping[str, Any], messages: bytes) -> None:
     """Write the bag into a folder that does not exist; if it cannot be written, what has been made of it is removed."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter, Topic, qos_entry
+    from vessel_hsmc_ros.messages.topics import definition
+
     writer = BagWriter(folder, notes=about["notes"])
     try:
-        _fill(writer, about, messages)
+        writer.attach(PARAMETERS, about["parameters"])
+        topics = []
+        for name, kind in about["topics"]:
+            text, store = definition(kind), get_typestore(Stores.EMPTY)
+            store.register(get_types_from_msg(text, kind))
+            topics.append(Topic(name, kind, text, store.hash_rihs01(kind), [qos_entry(True, False)]))
+            writer.add_topic(topics[-1])
+        for time, number, data in records(messages):
+            writer.write(topics[number], data, time, time)
+        writer.close()
     except BagError:
         rmtree(folder, ignore_errors=True)
         raise
-
-
-def _fill(writer: BagWriter, about: Mapping[str, Any], messages: bytes) -> None:
-    writer.attach(PARAMETERS, about["parameters"])
-    topics = [_topic(name, kind) for name, kind in about["topics"]]
-    for topic in topics:
-        writer.add_topic(topic)
-    for time, number, data in records(messages):
-        writer.write(topics[number], data, time, time)
-    writer.close()
-
-
-def _topic(name: str, kind: str) -> Topic:
-    from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # takes a while to load
-
-    text, store = definition(kind), get_typestore(Stores.EMPTY)
-    store.register(get_types_from_msg(text, kind))
-    return Topic(name, kind, text, store.hash_rihs01(kind), [qos_entry(True, False)])
 
 
 def main() -> int:

@@ -30,12 +30,8 @@ _COMMENTS = re.compile(r"^[ \t]*(#.*)?\n", re.MULTILINE)
 def read_definition(kind: str, text: str) -> Mapping[str, Any]:
     """The types of a definition by their names, each with its constants and its fields.
 
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        text: The definition in the form ros2msg, followed by those of all types that it uses.
-
-    Raises:
-        BagError: the text is not such a definition, or lacks a type.
+    `kind`: the message type, such as `nav_msgs/msg/Odometry`. `text`: the definition in the form ros2msg, followed by those of
+    all types that it uses. Raises BagError if the text is not such a definition, or lacks a type.
     """
     try:
         types: Mapping[str, Any] = get_types_from_msg(_COMMENTS.sub("", text), kind)
@@ -56,9 +52,7 @@ def _nested(node: Nodetype, detail: Any) -> list[str]:
 
 Array = NDArray[Any]
 
-ENCAPSULATION = 4
-"""Bytes of the encapsulation header before the first field; alignment counts from its end."""
-
+ENCAPSULATION = 4  # bytes of the encapsulation header before the first field; alignment counts from its end
 UNUSED = 3
 """Bytes at the end of a message that a writer may add to align what follows. rclpy reserves the alignment of each empty list of
 numbers besides, which it does not use."""
@@ -66,9 +60,7 @@ numbers besides, which it does not use."""
 WIDEST = 1 << 20
 """Bytes of the largest field that is decoded together with those of other messages: their index takes eight times as much."""
 
-LARGEST_TEXTS = 1 << 24
-"""Characters of the largest column of texts in NumPy's form, in which each takes as much as the longest."""
-
+LARGEST_TEXTS = 1 << 24  # characters of the largest column of texts in NumPy's form, in which each takes as much as the longest
 NUMBERS = {
     "bool": "?", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
@@ -95,27 +87,18 @@ class Location(NamedTuple):
 
 @dataclass
 class Layout:
-    """The locations of all fields of a message, for messages of one size with the same `lengths`.
+    """The locations of all fields of a message, for messages of one size with the same `lengths`."""
 
-    Attributes:
-        size: Bytes of the message with its encapsulation header.
-        fields: Locations by dotted names.
-        lengths: Locations of the encapsulation and of the lengths of strings and sequences, and their values.
-    """
-
-    size: int
-    fields: dict[str, Location] = field(default_factory=dict)
+    size: int  # bytes of the message with its encapsulation header
+    fields: dict[str, Location] = field(default_factory=dict)  # locations by dotted names
+    # locations of the encapsulation and of the lengths of strings and sequences, and their values
     lengths: dict[Location, int] = field(default_factory=dict)
 
     def gather(self, data: Array, starts: Array, names: Sequence[str]) -> dict[str, Array] | None:
         """Columns of some fields of many messages; None if one of the messages has another layout.
 
-        Args:
-            data: Bytes that contain the messages, uint8, (m,).
-            starts: Offsets of the messages, (n,); each message has `size` bytes.
-
-        Returns:
-            Columns by name, each with n rows.
+        `data`: bytes that contain the messages, uint8, (m,). `starts`: offsets of the messages, (n,); each message has `size`
+        bytes. Returns columns by name, each with n rows.
         """
         for location, expected in self.lengths.items():
             if not (_gather(data, starts, location) == expected).all():
@@ -141,9 +124,8 @@ def _ended(data: Array, starts: Array, text: Location) -> bool:
 class MessageType:
     """A message type as the schema in a bag describes it.
 
-    Args:
-        name: Such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg, followed by those of all types that it uses.
+    `name`: such as `nav_msgs/msg/Odometry`. `definition`: its text in the form ros2msg, followed by those of all types that it
+    uses.
 
     Raises:
         BagError: the text is not such a definition.
@@ -178,8 +160,7 @@ class MessageType:
     def layout(self, message: bytes) -> Layout:
         """The layout of one message.
 
-        Raises:
-            NoLayout: other messages cannot share it, or the message does not match the definition.
+        Raises NoLayout if other messages cannot share it, or the message does not match the definition.
         """
         if len(message) < ENCAPSULATION or message[0] or message[1] > 1:  # neither CDR_BE nor CDR_LE
             raise NoLayout

@@ -37,15 +37,7 @@ class _Names:
 
 
 def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
-    """The connection that a bag shows.
-
-    Args:
-        bag: Of this package's recorder, or of any other one.
-        stack: The interface of the stack, if one is given.
-
-    Raises:
-        BagError: a topic cannot be read.
-    """
+    """The connection that a bag shows. Raises BagError if a topic cannot be read."""
     recorded = {name.rpartition("/")[2]: values for name, values in bag.parameters.items()}
     made = connection_of(values_of(stack, recorded), stack.nodes if stack else {}, is_live=False)
     names = _Names(bag)
@@ -59,8 +51,7 @@ def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
     return made._replace(roles=tuple(roles), topics=topics, events=_events(bag), reasons=_reasons(bag))
 
 
-JUDGED = ("odometry", "pose", "twist", "positions", "velocities", "heading")
-"""What the motion of a bag rests on."""
+JUDGED = ("odometry", "pose", "twist", "positions", "velocities", "heading")  # what the motion of a bag rests on
 
 
 def faults_in(bag: Bag) -> list[str]:

@@ -32,11 +32,8 @@ TRAILER = len(DATA_END) + FOOTER.size + len(MAGIC)
 class CrashSafeFile:
     """A new MCAP file that grows by complete records.
 
-    After a method has failed the file on the disk is valid, but its further layout is unknown: nothing but `abandon` is allowed.
-
-    Args:
-        path: The file, which must not exist.
-        start: Its first bytes.
+    After a method has failed the file on the disk is valid, but its further layout is unknown: nothing but `abandon` is
+    allowed. `path`: the file, which must not exist. `start`: its first bytes.
 
     Attributes:
         end: Offset at which the next record will lie.

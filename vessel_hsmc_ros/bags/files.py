@@ -31,18 +31,13 @@ from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, bag_information
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning, NoBagError
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 
-SUFFIX = ".zstd"
-"""Suffix of the files of a bag that is compressed file by file."""
+SUFFIX = ".zstd"  # suffix of the files of a bag that is compressed file by file
 
 
 def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
     """Whether each message of a bag is compressed on its own.
 
-    Args:
-        information: Its metadata.yaml.
-
-    Raises:
-        BagError: the bag is compressed in a format or mode that this package does not read.
+    Raises BagError if the bag is compressed in a format or mode that this package does not read.
     """
     kind = str(information.get("compression_format") or "")
     mode = str(information.get("compression_mode") or "").upper()
@@ -60,10 +55,8 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
 def decompress_file(path: Path, folder: Path) -> Path:
     """Decompress one `.mcap.zstd` file block by block into a folder; returns the MCAP file.
 
-    A truncated file is decompressed up to where it breaks off.
-
-    Raises:
-        BagError: the file is damaged, or the folder's disk has no room for it.
+    A truncated file is decompressed up to where it breaks off. Raises BagError if the file is damaged, or the folder's disk has
+    no room for it.
     """
     target = folder / path.name.removesuffix(SUFFIX)
     try:
@@ -78,14 +71,7 @@ def decompress_file(path: Path, folder: Path) -> Path:
 
 
 def decompress_messages(path: Path, records: bytes) -> bytes:
-    """The Message records of a chunk with their data decompressed.
-
-    Args:
-        records: The chunk's uncompressed bytes.
-
-    Raises:
-        BagError: a message is damaged.
-    """
+    """The Message records of a chunk with their data decompressed. Raises BagError if a message is damaged."""
     decompressor = zstandard.ZstdDecompressor()
     parts: list[bytes] = []
     for opcode, start, end in _records(path, records):
@@ -112,12 +98,8 @@ def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: by
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
 
 
-BLOCK = 1 << 22
-"""Bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory."""
-
-MAX_LISTED_FILES = 5
-"""Largest number of files that an error message names."""
-
+BLOCK = 1 << 22  # bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory
+MAX_LISTED_FILES = 5  # largest number of files that an error message names
 _NUMBERED = re.compile(rf"_(\d+)\.mcap({SUFFIX})?$")
 
 
@@ -132,9 +114,6 @@ class RawMessage(NamedTuple):
 
 class BagFiles:
     """The files of an opened bag; those that rosbag2 compressed are decompressed into a temporary folder.
-
-    Args:
-        path: The bag's folder, or one file.
 
     Attributes:
         information: The content of metadata.yaml; empty for a bare file.
@@ -157,8 +136,7 @@ class BagFiles:
     def blocks(self) -> Iterator[tuple[Contents, bytes]]:
         """Uncompressed records, many chunks at a time, with the file that each block comes from.
 
-        Raises:
-            BagError: a chunk is damaged, or a file cannot be read any more.
+        Raises BagError if a chunk is damaged, or a file cannot be read any more.
         """
         for contents in self.contents:
             block: list[bytes] = []
@@ -174,8 +152,7 @@ class BagFiles:
     def raw_messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of some topics in the recorded order.
 
-        Raises:
-            BagError: a chunk is damaged, or a file cannot be read any more.
+        Raises BagError if a chunk is damaged, or a file cannot be read any more.
         """
         for contents, block in self.blocks():
             offsets = channel_offsets(contents, block)
@@ -197,8 +174,7 @@ class BagFiles:
 def channel_offsets(contents: Contents, block: bytes) -> dict[int, list[int]]:
     """Offsets of the Message records in a block of a file, by channel.
 
-    Raises:
-        BagError: the records do not fill the block, or a message has a channel that the file does not describe.
+    Raises BagError if the records do not fill the block, or a message has a channel that the file does not describe.
     """
     try:
         offsets = message_offsets(block)
@@ -210,11 +186,7 @@ def channel_offsets(contents: Contents, block: bytes) -> dict[int, list[int]]:
 
 
 def bag_path(path: Path) -> Path:
-    """The bag at a path: a bag's folder, an MCAP file, or the bag in a run folder.
-
-    Raises:
-        BagError: there is neither.
-    """
+    """The bag at a path: a bag's folder, an MCAP file, or the bag in a run folder. Raises BagError if there is neither."""
     if not path.exists():
         raise NoBagError(f"bag {path} does not exist")
     folder = RunFolder(path)
@@ -251,14 +223,9 @@ def bag_files(path: Path, strict: bool = True) -> FoundFiles:
     """The MCAP files of a bag: those that its metadata.yaml names, without one all in its folder; or a single file.
 
     Hidden files are none of a bag: macOS leaves such on foreign disks. An empty file among others is left out: its recorder was
-    killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml.
-
-    Args:
-        path: The folder or file.
-        strict: Whether its metadata.yaml must be readable.
-
-    Raises:
-        BagError: there are no such files, or the bag is of a kind that this package does not read.
+    killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml. `strict`:
+    whether its metadata.yaml must be readable. Raises BagError if there are no such files, or the bag is of a kind that this
+    package does not read.
     """
     if path.is_file():
         return FoundFiles([path])
@@ -277,8 +244,7 @@ def bag_files(path: Path, strict: bool = True) -> FoundFiles:
 def _found(path: Path, named: list[str]) -> FoundFiles:
     """The files in a folder by the names in its metadata.yaml, if there are any.
 
-    Raises:
-        BagError: there are no names, and files of several bags.
+    Raises BagError if there are no names, and files of several bags.
     """
     plain = [file for file in _visible(path, ".mcap") if file.is_file()]  # a pipe would be waited for
     # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.

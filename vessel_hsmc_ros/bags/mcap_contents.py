@@ -50,38 +50,27 @@ DAMAGE = (
 
 @dataclass
 class Contents:
-    """The contents of a file and their locations.
-
-    Attributes:
-        path: The file.
-        end: Offset of the end of the last complete record in the data section.
-        complete: Whether the file was closed: it has a summary with an index of its chunks, and a footer.
-        profile: The profile in the file's header, `ros2` for rosbag2.
-        schemas, channels: By their ids.
-        chunks: Index of the undamaged chunks.
-        counts: Messages by channel id.
-        metadata, attachments: Offset, length and content of each record.
-        start_time, end_time: First and last log time, ns; None and 0 without messages.
-        damaged: Offset and length of what cannot be read between readable records, as a chunk that does not match its checksum.
-        unindexed: The last chunk's message indexes that are missing in the file, by channel id.
-        loose: Whether messages lie outside of chunks.
-    """
+    """The contents of a file and their locations."""
 
     path: Path
-    end: int = 0
-    complete: bool = False
-    profile: str = ""
+    end: int = 0  # offset of the end of the last complete record in the data section
+    complete: bool = False  # whether the file was closed: it has a summary with an index of its chunks, and a footer
+    profile: str = ""  # the profile in the file's header, `ros2` for rosbag2
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
-    chunks: list[ChunkIndex] = field(default_factory=list)
-    counts: Counter[int] = field(default_factory=Counter)
+    chunks: list[ChunkIndex] = field(default_factory=list)  # index of the undamaged chunks
+    counts: Counter[int] = field(default_factory=Counter)  # messages by channel id
+    # metadata, attachments: offset, length and content of each record
     metadata: list[tuple[int, int, Metadata]] = field(default_factory=list)
     attachments: list[tuple[int, int, Attachment]] = field(default_factory=list)
+    # start_time, end_time: first and last log time, ns; None and 0 without messages
     start_time: int | None = None
     end_time: int = 0
+    # offset and length of what cannot be read between readable records, as a chunk that does not match its checksum
     damaged: list[tuple[int, int]] = field(default_factory=list)
+    # the last chunk's message indexes that are missing in the file, by channel id
     unindexed: dict[int, MessageIndex] = field(default_factory=dict)
-    loose: bool = False
+    loose: bool = False  # whether messages lie outside of chunks
 
     def extend_times(self, start: int, end: int) -> None:
         """Include messages with log times from `start` to `end` in the file's time range."""
@@ -90,15 +79,7 @@ class Contents:
 
 
 def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
-    """The uncompressed records of a chunk.
-
-    Args:
-        path: The file, for error messages.
-        stream: The file, opened for reading.
-
-    Raises:
-        BagError: the chunk is damaged.
-    """
+    """The uncompressed records of a chunk. Raises BagError if the chunk is damaged."""
     offset = index.chunk_start_offset
     try:
         if index.chunk_length > LONGEST_RECORD:
@@ -113,11 +94,8 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
 def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
-    Args:
-        summary: What a valid summary knows: where the records break off, the next record that it knows is read.
-
-    Raises:
-        BagError: the file has no complete record.
+    `summary`: what a valid summary knows: where the records break off, the next record that it knows is read. Raises BagError
+    if the file has no complete record.
     """
     doubtful: list[tuple[int, int]] = []
     contents, position = Contents(path), len(MAGIC)
@@ -151,10 +129,8 @@ def _known_records(summary: Contents) -> dict[int, int]:
 def _scan_from(contents: Contents, position: int, known: Mapping[int, int], doubtful: list[tuple[int, int]]) -> int:
     """Add the records from an offset on; returns the offset at which they break off.
 
-    Args:
-        contents: What has been found so far.
-        known: Records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
-        doubtful: Gets offset and length of each record that cannot be read.
+    `known`: records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
+    `doubtful`: gets offset and length of each record that cannot be read.
     """
     starts = list(known)
     for opcode, start, content in file_records(contents.path, position):
@@ -270,8 +246,7 @@ ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 def read_contents(path: Path) -> Contents:
     """Read the contents of a file from its summary if it is valid, else by a scan of the complete file.
 
-    Raises:
-        BagError: the file cannot be read or is not an MCAP file.
+    Raises BagError if the file cannot be read or is not an MCAP file.
     """
     try:
         with path.open("rb") as stream:

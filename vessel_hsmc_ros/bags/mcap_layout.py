@@ -12,18 +12,12 @@ from pathlib import Path
 import numpy as np
 from mcap.opcode import Opcode
 
-MAGIC = b"\x89MCAP0\r\n"
-"""First and last bytes of a complete file."""
-
-RECORD_HEADER = struct.Struct("<BQ")
-"""Opcode and length of the content; at the start of every record."""
-
+MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a complete file
+RECORD_HEADER = struct.Struct("<BQ")  # opcode and length of the content; at the start of every record
 MESSAGE_HEADER = struct.Struct("<BQHIQQ")
 """Of a Message record, all before the serialised message: record header, channel, sequence, log time, publish time."""
 
-MESSAGE_FIELDS = MESSAGE_HEADER.size - RECORD_HEADER.size
-"""Bytes of a Message record's content before the serialised message."""
-
+MESSAGE_FIELDS = MESSAGE_HEADER.size - RECORD_HEADER.size  # bytes of a Message record's content before the serialised message
 MESSAGE_HEADER_TYPE = np.dtype(
     [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<i8"), ("publish_time", "<i8")]
 )
@@ -32,24 +26,16 @@ MESSAGE_HEADER_TYPE = np.dtype(
 MESSAGE_INDEX_HEADER = struct.Struct("<BQHI")
 """Of a MessageIndex record, all before the entries: record header, channel, bytes of the entries."""
 
-INDEX_ENTRY_SIZE = 16
-"""Bytes of an entry of a MessageIndex: log time and offset of a message within its chunk."""
-
+INDEX_ENTRY_SIZE = 16  # bytes of an entry of a MessageIndex: log time and offset of a message within its chunk
 FOOTER = struct.Struct("<BQQQI")
 """The Footer record: record header, start of the summary, start of the summary offsets, checksum."""
 
-CHECKSUM_SIZE = 4
-"""Bytes of a checksum, the last field of DataEnd and Footer."""
-
+CHECKSUM_SIZE = 4  # bytes of a checksum, the last field of DataEnd and Footer
 DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, CHECKSUM_SIZE) + bytes(CHECKSUM_SIZE)
 """The DataEnd record without a checksum; directly before the footer in a file that was not closed."""
 
-LONGEST_RECORD = 1 << 28
-"""A record header with a greater length is taken for damage."""
-
-LARGEST_CHUNK = 1 << 27
-"""Uncompressed bytes of the largest chunk that is read; writers make chunks of some megabytes at most."""
-
+LONGEST_RECORD = 1 << 28  # a record header with a greater length is taken for damage
+LARGEST_CHUNK = 1 << 27  # uncompressed bytes of the largest chunk that is read; writers make chunks of some megabytes at most
 FIRST_PRIVATE = 0x80
 """The first of the opcodes that the specification leaves to applications; readers skip records with such an opcode."""
 
@@ -85,8 +71,7 @@ def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
 def message_offsets(data: bytes) -> dict[int, list[int]]:
     """Offsets of the Message records in a chunk's uncompressed bytes, by channel.
 
-    Raises:
-        ValueError: a record is shorter than its kind, or ends behind the last byte.
+    Raises ValueError if a record is shorter than its kind, or ends behind the last byte.
     """
     offsets: dict[int, list[int]] = defaultdict(list)
     unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0

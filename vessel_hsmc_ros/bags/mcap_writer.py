@@ -61,13 +61,7 @@ def definitions(contents: Contents) -> bytes:
 def ending(contents: Contents, index: bytes, chunks: int) -> list[bytes]:
     """DataEnd, summary and footer of a file.
 
-    Args:
-        contents: The contents of the file; its data ends at `contents.end`.
-        index: The ChunkIndex records.
-        chunks: Number of ChunkIndex records.
-
-    Returns:
-        The parts, to be written one after the other.
+    `contents`: the contents of the file; its data ends at `contents.end`.
     """
     rest = statistics(contents, chunks) + definitions(contents)
     # The footer's checksum covers the summary and the footer's own bytes before the checksum.
@@ -118,11 +112,8 @@ _COMPRESSORS = {"none": bytes, "lz4": lz4.frame.compress, "zstd": zstandard.Zstd
 class McapFile:
     """Writes schemas, channels, messages, attachments and metadata into one new file.
 
-    After a method has failed, nothing but `abandon` is allowed.
-
-    Args:
-        path: The file, which must not exist.
-        compression: Of the chunks: none, lz4 or zstd.
+    After a method has failed, nothing but `abandon` is allowed. `path`: the file, which must not exist. `compression`: of the
+    chunks: none, lz4 or zstd.
 
     Attributes:
         contents: The written records and their locations.
@@ -163,12 +154,7 @@ class McapFile:
     def add_channel(self, topic: str, schema: int, metadata: Mapping[str, str]) -> int:
         """Add a channel of CDR messages.
 
-        Args:
-            schema: The id of its type's schema.
-            metadata: QoS profiles and type hash, as rosbag2 names them.
-
-        Returns:
-            The id of the channel.
+        `schema`: the id of its type's schema. `metadata`: QoS profiles and type hash, as rosbag2 names them.
         """
         number = len(self.contents.channels) + 1
         channel = Channel(id=number, topic=topic, message_encoding="cdr", schema_id=schema, metadata=dict(metadata))
@@ -179,10 +165,7 @@ class McapFile:
     def add_message(self, channel: int, log_time: int, data: bytes, publish_time: int) -> None:
         """Append a message; the chunk is committed when it is full.
 
-        Args:
-            log_time: Time of its receipt, ns.
-            data: The serialised message, CDR with its encapsulation header.
-            publish_time: Time of its publication, ns.
+        `log_time`: time of its receipt, ns. `publish_time`: time of its publication, ns.
         """
         entries = self._entries.get(channel)
         if entries is None:
@@ -198,8 +181,7 @@ class McapFile:
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Append an attachment, a small file that is stored with the messages.
 
-        Args:
-            media_type: Such as `application/yaml`.
+        `media_type`: such as `application/yaml`.
         """
         record = Attachment(create_time=0, log_time=self.contents.end_time, name=name, media_type=media_type, data=data)
         start, written = self.contents.end, record_bytes(record)
@@ -214,11 +196,7 @@ class McapFile:
         self.contents.metadata.append((start, len(written), record))
 
     def commit(self) -> None:
-        """Pass all records to the operating system, and update the summary.
-
-        Raises:
-            OSError: it refuses to write.
-        """
+        """Pass all records to the operating system, and update the summary. Raises OSError if it refuses to write."""
         self._end_chunk()
         if not self._pending:
             return
@@ -230,11 +208,7 @@ class McapFile:
             self._summary_bytes += size
 
     def close(self) -> None:
-        """Write the rest, summary and footer, and close the file.
-
-        Raises:
-            OSError: it cannot be written.
-        """
+        """Write the rest, summary and footer, and close the file. Raises OSError if it cannot be written."""
         self._end_chunk()
         self._write_pending()
         self._file.close(ending(self.contents, self._written_index(), self._chunks))

@@ -35,11 +35,7 @@ class MessageObjects:
     """Makes objects of the messages of one type, by walking its fields.
 
     No code is made of the definition, which may come from a stranger: the time is proportional to the bytes of the message,
-    whatever lengths of arrays the definition declares.
-
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        types: All types that it uses, as `read_definition` returns them.
+    whatever lengths of arrays the definition declares. `types`: all types that it uses, as `read_definition` returns them.
     """
 
     def __init__(self, kind: str, types: Mapping[str, Any]) -> None:
@@ -56,8 +52,7 @@ class MessageObjects:
     def read(self, data: bytes) -> Any:
         """One message with its fields as attributes; lists of numbers are NumPy arrays, other lists are lists.
 
-        Raises:
-            ValueError, struct.error: the bytes are not a message of the type.
+        Raises ValueError, struct.error if the bytes are not a message of the type.
         """
         if len(data) < ENCAPSULATION or data[0] or data[1] > 1:
             raise ValueError("its encapsulation is neither CDR_LE nor CDR_BE")
@@ -68,8 +63,7 @@ class MessageObjects:
         return message
 
 
-MAX_NESTED = 10_000
-"""Nested messages of a message, besides one for each of its bytes."""
+MAX_NESTED = 10_000  # nested messages of a message, besides one for each of its bytes
 
 
 class _Walk:
@@ -136,16 +130,13 @@ class _Walk:
 
 Array = NDArray[Any]
 
-MAX_NARROW_ARRAY = 8
-"""Largest number of elements of an array that counts as narrow."""
+MAX_NARROW_ARRAY = 8  # largest number of elements of an array that counts as narrow
 
 
 class MessageDecoder:
     """Decodes the messages of one topic.
 
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg with all types that it uses.
+    `definition`: its text in the form ros2msg with all types that it uses.
     """
 
     def __init__(self, topic: str, kind: str, definition: str) -> None:
@@ -164,11 +155,7 @@ class MessageDecoder:
         return self._type.lists(MAX_NARROW_ARRAY)
 
     def deserialize(self, data: bytes) -> Any:
-        """One message as an object with its fields as attributes.
-
-        Raises:
-            BagError: the bytes are not a message of the type.
-        """
+        """One message as an object with its fields as attributes. Raises BagError if the bytes are not a message of the type."""
         try:
             return self._objects.read(data)
         except (ValueError, struct.error) as error:
@@ -177,15 +164,8 @@ class MessageDecoder:
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
         """Decode some fields of many messages into columns.
 
-        Args:
-            starts: Offset of each message, (n,).
-            sizes: Bytes of each message, (n,).
-
-        Returns:
-            Columns by name, each with n rows.
-
-        Raises:
-            BagError: a message cannot be decoded.
+        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,). Returns columns by name, each with n rows.
+        Raises BagError if a message cannot be decoded.
         """
         columns = None if self._irregular else self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names)
         return self._one_by_one(data, starts, sizes, names) if columns is None else columns

@@ -43,35 +43,21 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
 class Event(NamedTuple):
-    """Something that happened to a node.
+    """Something that happened to a node."""
 
-    Attributes:
-        time: Since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect.
-        node: Name of the node, without its namespace.
-        kind: `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`.
-        text: Details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`.
-    """
-
-    time: float
-    node: str
-    kind: str
-    text: str
+    time: float  # since the first odometry message, as in `Run.time`, s. In lockstep, of the step after which it took effect
+    node: str  # name of the node, without its namespace
+    kind: str  # `pause`, `resume`, `reset`, `enable`, `disable`, `parameter`, `goal`, `path` or `fault`
+    text: str  # details; of a parameter its full name, old and new value: `controller.guided.position_gain: 0.3 -> 0.5`
 
 
 class VesselRecord(NamedTuple):
-    """What a bag has of one vessel.
+    """What a bag has of one vessel."""
 
-    Attributes:
-        topics: Its topics with messages, of `run_from_bag.TOPICS`, by their names without its namespace.
-        run: Its run.
-        start: Stamp at which the time of the run is zero, ns.
-        events: As `Bag.events`.
-    """
-
-    topics: run_from_bag.Topics
+    topics: run_from_bag.Topics  # its topics with messages, of `run_from_bag.TOPICS`, by their names without its namespace
     run: Run
-    start: int
-    events: list[Event]
+    start: int  # stamp at which the time of the run is zero, ns
+    events: list[Event]  # as `Bag.events`
 
 
 def read_events(messages: Iterable[Any], start: int) -> list[Event]:
@@ -332,11 +318,7 @@ class Bag:
         return run_from_bag.partial_run(topics, self.twist_frame(prefix))
 
     def _of_vessel(self, prefix: str) -> dict[str, Series]:
-        """The topics of a vessel that have messages, with their narrow columns.
-
-        Raises:
-            BagError: there is no odometry among them.
-        """
+        """The topics of a vessel that have messages, with their narrow columns."""
         found = {name: series for name in run_from_bag.TOPICS if (series := self.find(prefix, name)) is not None}
         if "odom" not in found:
             reason = f" to decode: it {series.undecodable}" if (series := self.topics.get(f"{prefix}odom")) else ""
@@ -366,8 +348,7 @@ class Bag:
         return by_log_time(self.raw_messages(*names))
 
 
-NEIGHBOURS = 4096
-"""Size of the window, in messages, within which messages are sorted by log time."""
+NEIGHBOURS = 4096  # size of the window, in messages, within which messages are sorted by log time
 
 
 def by_log_time(messages: Iterable[RawMessage]) -> Iterator[RawMessage]:

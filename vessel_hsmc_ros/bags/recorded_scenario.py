@@ -22,8 +22,7 @@ Parameters = Mapping[str, Mapping[str, Any]]
 def recorded_parameters(text: bytes) -> dict[str, dict[str, Any]]:
     """The parameters of every node by its full name, from a bag's attachment.
 
-    Raises:
-        ScenarioError: the attachment is not a ROS parameters file.
+    Raises ScenarioError if the attachment is not a ROS parameters file.
     """
     try:
         document = read_plain_yaml(text.decode()) or {}
@@ -46,13 +45,10 @@ def recorded_scenario(
 
     Args:
         bag: The bag's path; the last source is a params.yaml beside it.
-        name: The scenario's name.
         text: The scenario attached to the bag; empty if there is none. The first source.
         parameters: The recorded parameters of every node, by its full name. The second source.
-        namespaces: Those that hold a vessel.
         changes: Values by `node.parameter` that replace the recorded ones.
         any_law: Accept a law whose code is not known here, without its parameters.
-        namespace: Of the vessel, where the bag has several.
 
     Raises:
         ScenarioError: there is none, or it cannot be read.

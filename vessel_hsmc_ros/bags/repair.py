@@ -18,28 +18,19 @@ from vessel_hsmc_ros.core.exceptions import BagError
 
 @dataclass(frozen=True)
 class Repair:
-    """The result of a repair.
+    """The result of a repair."""
 
-    Attributes:
-        messages: Number of readable messages.
-        files: Number of files that were completed.
-        cut: Bytes cut off at the ends of files, which did not make a complete record.
-        damaged: Chunks and other records disabled, because their bytes are damaged.
-        described: Whether metadata.yaml was rewritten.
-    """
-
-    messages: int
-    files: int
-    cut: int
-    damaged: int
-    described: bool
+    messages: int  # number of readable messages
+    files: int  # number of files that were completed
+    cut: int  # bytes cut off at the ends of files, which did not make a complete record
+    damaged: int  # chunks and other records disabled, because their bytes are damaged
+    described: bool  # whether metadata.yaml was rewritten
 
 
 def is_complete(directory: Path) -> bool:
     """Whether the bag's files were closed and metadata.yaml lists all their messages.
 
-    Raises:
-        BagError: the folder holds no bag.
+    Raises BagError if the folder holds no bag.
     """
     files = bag_files(directory, strict=False)
     found = [read_contents(file) for file in files.present]
@@ -49,8 +40,7 @@ def is_complete(directory: Path) -> bool:
 def repair(directory: Path) -> Repair:
     """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed.
 
-    Raises:
-        BagError: the folder holds no bag, a file of it has nothing readable, or it is being recorded.
+    Raises BagError if the folder holds no bag, a file of it has nothing readable, or it is being recorded.
     """
     files, missing, _ = bag_files(directory, strict=False)
     for file in files:

@@ -12,9 +12,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
 
 METADATA = "metadata.yaml"
-VERSION = 9
-"""Version of metadata.yaml in Jazzy."""
-
+VERSION = 9  # version of metadata.yaml in Jazzy
 _INFINITE = (9223372036, 854775807)
 """An infinite duration in seconds and nanoseconds: the largest 64-bit number of nanoseconds, as rmw writes it."""
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
@@ -22,27 +20,16 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 @dataclass
 class Topic:
-    """A recorded topic.
-
-    Attributes:
-        name: Its full name.
-        kind: Its message type, such as `nav_msgs/msg/Odometry`.
-        definition: The type's text in the form ros2msg with all types that it uses.
-        type_hash: RIHS01 hash of the type.
-        qos: The profiles that its publishers offered, as `qos_entry` gives them.
-        encoding: Of its messages.
-        count: Number of messages so far.
-        channel: Id of its channel in the current file.
-    """
+    """A recorded topic."""
 
     name: str
-    kind: str
-    definition: str
-    type_hash: str
-    qos: list[dict[str, Any]]
+    kind: str  # its message type, such as `nav_msgs/msg/Odometry`
+    definition: str  # the type's text in the form ros2msg with all types that it uses
+    type_hash: str  # RIHS01 hash of the type
+    qos: list[dict[str, Any]]  # the profiles that its publishers offered, as `qos_entry` gives them
     encoding: str = "cdr"
-    count: int = field(default=0, init=False)
-    channel: int = field(default=0, init=False)
+    count: int = field(default=0, init=False)  # number of messages so far
+    channel: int = field(default=0, init=False)  # id of its channel in the current file
 
 
 class FileEntry(NamedTuple):
@@ -65,13 +52,7 @@ def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
 def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping[str, str]) -> dict[str, Any]:
     """The content of metadata.yaml below its top key.
 
-    Args:
-        topics: The bag's topics with their counts.
-        files: Its files in order.
-        notes: Further texts by name, its `custom_data`.
-
-    Returns:
-        The value of `rosbag2_bagfile_information`.
+    `notes`: further texts by name, its `custom_data`.
     """
     starts = [file.start for file in files if file.start is not None]
     start, end = min(starts, default=0), max(file.end for file in files)
@@ -94,11 +75,9 @@ def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping
 def qos_entry(reliable: bool, transient_local: bool, **others: Any) -> dict[str, Any]:
     """A QoS profile as rosbag2 writes it; discovery transmits neither history nor depth.
 
-    Args:
-        reliable: Reliability: reliable, or best effort.
-        transient_local: Durability: transient local, or volatile.
-        others: `deadline`, `lifespan` and `liveliness_lease_duration` as seconds and nanoseconds, infinite if not given;
-            `liveliness`, automatic if not given.
+    `reliable`: reliability: reliable, or best effort. `transient_local`: durability: transient local, or volatile. `others`:
+    `deadline`, `lifespan` and `liveliness_lease_duration` as seconds and nanoseconds, infinite if not given; `liveliness`,
+    automatic if not given.
     """
     times = {}
     for name in ("deadline", "lifespan", "liveliness_lease_duration"):
@@ -142,12 +121,8 @@ def _span(start: int, end: int) -> dict[str, Any]:
 def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     """The content of a bag's metadata.yaml; empty where there is none.
 
-    Args:
-        directory: The bag's folder.
-        strict: Whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
-
-    Raises:
-        BagError: the file cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.
+    `strict`: whether a metadata.yaml that cannot be parsed is an error; else it counts as missing. Raises BagError if the file
+    cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.
     """
     path = directory / METADATA
     if not path.is_file():

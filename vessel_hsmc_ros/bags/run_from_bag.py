@@ -21,12 +21,8 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
 
 Stamps = NDArray[np.int64]
 
-PAUSE = 500_000_000
-"""Age of a reference from which on a pause is assumed, ns."""
-
-Topics = Mapping[str, Series]
-"""The topics of one vessel that have messages, by their names without its namespace."""
-
+PAUSE = 500_000_000  # age of a reference from which on a pause is assumed, ns
+Topics = Mapping[str, Series]  # the topics of one vessel that have messages, by their names without its namespace
 NEEDED = ("odom", "reference", "applied_wrench", "disturbance")
 TOPICS = (*NEEDED, "odom/truth", "dynamics/truth", "controller/state", "controller/estimate", "cmd_wrench")
 
@@ -71,11 +67,8 @@ def forces(series: Series) -> Array:
 def control(series: Series, start: int, lists: bool, estimates: Series | None) -> dict[str, Array]:
     """The terms that the law computed, by field names, with their `time` and, where there is an observer, `estimate`.
 
-    Args:
-        series: The topic controller/state.
-        start: Stamp that `time` counts from, ns.
-        lists: Whether to include the networks' weights and other lists.
-        estimates: The topic controller/estimate; None without an observer.
+    `series`: the topic controller/state. `start`: stamp that `time` counts from, ns. `estimates`: the topic
+    controller/estimate; None without an observer.
     """
     names = [name for name in series.fields if not name.startswith("header.") and (lists or name not in series.wide)]
     columns = {"time": seconds_of(series.stamp - start), **{name: _filled(series[name]) for name in names}}
@@ -100,17 +93,9 @@ def _filled(column: Array) -> Array:
 def run(topics: Topics, vessel: Vessel, weights: bool = True, twist_frame: str = "child") -> Run:
     """The run of one vessel, with a row for each stamp that odometry, disturbance and applied wrench have in common.
 
-    Args:
-        topics: Of TOPICS, those that the bag has.
-        vessel: The plant's coefficients, which convert the disturbance from forces to accelerations.
-        weights: Whether to include the networks' weights.
-        twist_frame: Frame of the velocities in the odometry: child, or parent, that of the pose.
-
-    Returns:
-        The arrays of the run; its time is zero at the first common stamp.
-
-    Raises:
-        BagError: there is no such stamp.
+    `topics`: of TOPICS, those that the bag has. `vessel`: the plant's coefficients, which convert the disturbance from forces
+    to accelerations. `twist_frame`: frame of the velocities in the odometry: child, or parent, that of the pose. Returns the
+    arrays of the run; its time is zero at the first common stamp. Raises BagError if there is no such stamp.
     """
     # Joined by stamp and not by position: topics may lack messages, at the end of a truncated bag for instance.
     odometry = topics["odom"]
@@ -196,13 +181,7 @@ def _optional(stamps: Stamps, series: Series | None, values: Callable[[Series], 
 def at_stamps(stamps: Stamps, series: Series, values: Array, otherwise: Any) -> Array:
     """The values of the message with each stamp, (n, k).
 
-    Args:
-        stamps: (n,), ns.
-        values: A row for each of its messages, (m, k).
-        otherwise: The value where no message has the stamp.
-
-    Returns:
-        A row for each stamp, (n, k).
+    `stamps`: (n,), ns. `values`: a row for each of its messages, (m, k). `otherwise`: the value where no message has the stamp.
     """
     index, found = matched(stamps, series)
     return np.where(found[:, None], values[index], otherwise)
@@ -220,13 +199,8 @@ def shown_at(measured_at: Stamps, steps: Stamps) -> Stamps:
     """The times of the steps in which the plant has published its odometry, whose stamps are those of late measurements.
 
     The plant repeats its first measurement until it is as old as the delay: so the repetitions show the delay in steps.
-
-    Args:
-        measured_at: Stamps of the odometry, ascending, (n,) ns.
-        steps: Stamps of a message of every step, (m,) ns.
-
-    Returns:
-        The stamps of the steps, (n,) ns; the stamps as they are where the first one is not repeated.
+    `measured_at`: stamps of the odometry, ascending, (n,) ns. `steps`: stamps of a message of every step, (m,) ns. Returns the
+    stamps of the steps, (n,) ns; the stamps as they are where the first one is not repeated.
     """
     _, inverse, counts = np.unique(measured_at, return_inverse=True, return_counts=True)
     if not len(counts) or (late := counts[0] - 1) == 0:

@@ -26,12 +26,8 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 Array = NDArray[Any]
 
-BLOCK = 4096
-"""Steps of the plant that are encoded together: the messages of a long run would not fit into memory."""
-
-LATCHED = ("/clock",)
-"""Topics whose publisher is transient local."""
-
+BLOCK = 4096  # steps of the plant that are encoded together: the messages of a long run would not fit into memory
+LATCHED = ("/clock",)  # topics whose publisher is transient local
 NODES = {"reference": REFERENCE, "controller": CONTROLLER, "cmd_wrench": CONTROLLER}
 """The node that publishes a topic, by the first part of its name; others are the plant's."""
 
@@ -39,11 +35,8 @@ NODES = {"reference": REFERENCE, "controller": CONTROLLER, "cmd_wrench": CONTROL
 class MessageEncoder:
     """Encodes messages of one type that have the same texts and the same lengths of lists.
 
-    Args:
-        kind: The message type, such as `nav_msgs/msg/Odometry`.
-        definition: Its text in the form ros2msg with all types that it uses.
-        texts: Values of its texts by dotted names; others are empty.
-        lengths: Lengths of its lists of numbers by dotted names; others are empty.
+    `definition`: its text in the form ros2msg with all types that it uses. `texts`: values of its texts by dotted names; others
+    are empty. `lengths`: lengths of its lists of numbers by dotted names; others are empty.
 
     Attributes:
         type_hash: RIHS01 hash of the type.
@@ -62,8 +55,7 @@ class MessageEncoder:
     def encode(self, columns: Mapping[str, Array]) -> list[bytes]:
         """Serialised messages with the values of some columns; all other numbers are zero.
 
-        Args:
-            columns: By dotted names of fields, with a row for each message.
+        `columns`: by dotted names of fields, with a row for each message.
         """
         count = len(next(iter(columns.values())))
         rows = np.tile(self._template, (count, 1))
@@ -114,15 +106,7 @@ class Stream:
 def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
     """Write the messages of a run in the order of their stamps.
 
-    Args:
-        directory: The bag's folder, which is created.
-        scenario: The scenario of the run, which is attached.
-
-    Returns:
-        The number of messages.
-
-    Raises:
-        BagError: the folder exists, or the bag cannot be written, or a message type is not installed.
+    Raises BagError if the folder exists, or the bag cannot be written, or a message type is not installed.
     """
     streams = [_stream(name, *content, scenario) for name, content in contents(published).items()]
     notes = {"mode": "offline", "scenario": scenario.name, "messages_dropped": "0"}

@@ -28,27 +28,17 @@ class Series:
 
     Columns of numbers have the message's own type and the shape (n,), or (n, k) for lists; strings are NumPy strings; lists
     whose length differs from message to message, and lists of messages, are columns of objects.
-
-    Attributes:
-        name: The topic, with its leading slash.
-        type: Such as `nav_msgs/msg/Odometry`; empty for messages without a type.
-        definition: The type's text in the form ros2msg; empty if the bag does not contain it in this form.
-        type_hash: RIHS01 hash of the type; empty if the bag does not contain it.
-        qos: The profiles that its publishers offered.
-        count: Number of messages.
-        encoding: Of the messages: cdr, that of ROS 2, or another one such as json.
-        others: What else than messages of this type and encoding the topic has; empty for nothing.
     """
 
-    name: str
-    type: str
-    definition: str
-    type_hash: str
-    qos: list[dict[str, Any]]
+    name: str  # the topic, with its leading slash
+    type: str  # such as `nav_msgs/msg/Odometry`; empty for messages without a type
+    definition: str  # the type's text in the form ros2msg; empty if the bag does not contain it in this form
+    type_hash: str  # RIHS01 hash of the type; empty if the bag does not contain it
+    qos: list[dict[str, Any]]  # the profiles that its publishers offered
     files: BagFiles = field(repr=False)
     count: int = 0
-    encoding: str = "cdr"
-    others: str = ""
+    encoding: str = "cdr"  # of the messages: cdr, that of ROS 2, or another one such as json
+    others: str = ""  # what else than messages of this type and encoding the topic has; empty for nothing
     _columns: dict[str, Array] = field(default_factory=dict, init=False, repr=False)
     _order: Array | None = field(default=None, init=False, repr=False)  # of log times; None if they were in order
 
@@ -123,8 +113,7 @@ class Series:
     def deserialize(self, data: bytes) -> Any:
         """One of the topic's messages as an object with its fields as attributes.
 
-        Raises:
-            BagError: the bytes are not a message of the topic's type.
+        Raises BagError if the bytes are not a message of the topic's type.
         """
         return self._decoder.deserialize(data)
 
@@ -201,12 +190,8 @@ def _series(name: str, channels: Sequence[_Channel], files: BagFiles) -> Series:
 def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
     """Read columns of topics of one bag in one pass over its files; those already read are not read again.
 
-    Args:
-        topics: The topics. Of one that has not been read yet, all narrow fields and the times are read.
-        names: Further fields, which all these topics have.
-
-    Raises:
-        BagError: a file is damaged, or a message cannot be decoded.
+    `topics`: the topics. Of one that has not been read yet, all narrow fields and the times are read. `names`: further fields,
+    which all these topics have. Raises BagError if a file is damaged, or a message cannot be decoded.
     """
     wanted = {series.name: (series, missing) for series in topics if (missing := series._missing(names))}
     parts = {name: {field: _ColumnParts() for field in missing} for name, (_, missing) in wanted.items()}

@@ -9,17 +9,13 @@ from vessel_hsmc_ros.messages.state_columns import ODOMETRY
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, RELAYED
 
 COMMAND = "cmd_wrench"
-NORMALISED = "/normalised_wrench"
-"""A topic of the type of the wrenches whose numbers are shares of the limits."""
+NORMALISED = "/normalised_wrench"  # a topic of the type of the wrenches whose numbers are shares of the limits
 
 
 class VesselTopics:
     """The topics of the vessels in a bag.
 
-    Args:
-        bag: Its path, for error messages.
-        topics: All topics by their full names.
-        given: Full names of topics by this package's names, where a person has given them.
+    `given`: full names of topics by this package's names, where a person has given them.
 
     Raises:
         BagError: a topic that was given is not there, or of another type, or cannot be decoded.
@@ -46,10 +42,8 @@ class VesselTopics:
     def namespace(self, wanted: str | None) -> str:
         """The given namespace if it holds a vessel, or the only one that does, with its slashes.
 
-        Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace.
-
-        Raises:
-            BagError: there is no such vessel, or there are several to choose from.
+        Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace. Raises
+        BagError if there is no such vessel, or there are several to choose from.
         """
         parts = [part for part in (wanted or "").split("/") if part]
         if "odom" in self._given or not (self.namespaces or parts or self.find("/", "odom") is None):
@@ -66,11 +60,8 @@ class VesselTopics:
         """The topic of a vessel by this package's name for it; None if the bag has no such messages that can be decoded.
 
         In a bag of one vessel it is the topic that was given, that of the name in the namespace, else the only one whose name
-        ends so, and of odometry and applied wrench the only one of the type.
-
-        Args:
-            prefix: The vessel's namespace, with its slashes.
-            own: The name without the namespace, such as `odom`.
+        ends so, and of odometry and applied wrench the only one of the type. `prefix`: the vessel's namespace, with its
+        slashes. `own`: the name without the namespace, such as `odom`.
         """
         exact = self._given.get(own, prefix + own)
         if self.readable(exact):

@@ -35,14 +35,10 @@ class Splitting:
 class BagWriter:
     """A rosbag2 directory being written: `<name>/<name>_0.mcap`, `_1` and so on, and `<name>/metadata.yaml`.
 
-    Every method raises a BagError when it cannot write, for instance because the disk is full. From then on the bag remains as it
-    is on the disk, and every method raises the same error: what is missing is not reported as recorded. A bag is closed once.
-
-    Args:
-        directory: The bag's folder, which is created.
-        compression: Of the chunks: none, lz4 or zstd.
-        splitting: When to begin another file.
-        notes: Facts about the recording by name, stored in each file and in metadata.yaml besides VERSIONS.
+    Every method raises a BagError when it cannot write, for instance because the disk is full. From then on the bag remains as
+    it is on the disk, and every method raises the same error: what is missing is not reported as recorded. A bag is closed
+    once. `compression`: of the chunks: none, lz4 or zstd. `notes`: facts about the recording by name, stored in each file and
+    in metadata.yaml besides VERSIONS.
 
     Attributes:
         directory: The bag's folder.
@@ -101,11 +97,7 @@ class BagWriter:
     def write(self, topic: Topic, data: bytes, log_time: int, publish_time: int) -> None:
         """Append one message.
 
-        Args:
-            topic: One that was added.
-            data: The serialised message, CDR with its encapsulation header.
-            log_time: Time of its receipt, ns.
-            publish_time: Time of its publication, ns.
+        `log_time`: time of its receipt, ns. `publish_time`: time of its publication, ns.
         """
         if self._ended:
             raise self._ended

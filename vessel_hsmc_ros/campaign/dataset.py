@@ -37,11 +37,7 @@ _DIGEST, _CHUNK = b"campaign", b"chunk"
 
 
 class Dataset:
-    """The folder of a campaign.
-
-    Args:
-        path: The folder, which need not exist yet.
-    """
+    """The folder of a campaign."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -58,8 +54,7 @@ class Dataset:
     def missing(self, campaign: Campaign) -> Iterator[int]:
         """Numbers of the chunks that are not there, or have fewer rows than the campaign by now, in their order.
 
-        Raises:
-            CampaignError: a file is cut, or belongs to another campaign.
+        Raises CampaignError if a file is cut, or belongs to another campaign.
         """
         there = {_number(path): path for path in self.files()}
         for number in range(campaign.chunks):
@@ -70,8 +65,7 @@ class Dataset:
 def write_file(path: Path, content: bytes) -> None:
     """Write a file that exists either completely or not at all, also after a loss of power.
 
-    Raises:
-        CampaignError: it cannot be written.
+    Raises CampaignError if it cannot be written.
     """
     new = path.with_name(f".{path.name}.{os.getpid()}")
     try:
@@ -112,8 +106,7 @@ def table_schema(campaign: Campaign, chunk: int) -> "pyarrow.Schema":
 def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> bytes:
     """The Parquet file of a chunk: equal rows give equal bytes.
 
-    Args:
-        rows: Values by the names of the columns; one that is left out is null.
+    `rows`: values by the names of the columns; one that is left out is null.
     """
     pa = _pyarrow()
     from pyarrow import parquet
@@ -128,11 +121,7 @@ def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> b
 def check_chunk(path: Path, campaign: Campaign) -> int:
     """Check that a file is a chunk of a campaign, by its first and last bytes.
 
-    Returns:
-        Number of its rows.
-
-    Raises:
-        CampaignError: the file is cut, or belongs to another campaign.
+    Raises CampaignError if the file is cut, or belongs to another campaign.
     """
     pa = _pyarrow()
     from pyarrow import parquet
@@ -170,11 +159,7 @@ def read_rows(folder: Path | str) -> "pyarrow.Table":
 
 
 def read_chunk(path: Path, campaign: Campaign) -> "pyarrow.Table":
-    """Read the rows of a chunk.
-
-    Raises:
-        CampaignError: the file is cut, damaged or that of another campaign.
-    """
+    """Read the rows of a chunk. Raises CampaignError if the file is cut, damaged or that of another campaign."""
     pa = _pyarrow()
     from pyarrow import parquet
 
@@ -204,25 +189,18 @@ def _pyarrow() -> Any:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a campaign that was run.
-
-    Attributes:
-        campaign: The campaign.
-        run: Number of the row.
-        values: Its columns by their names; empty if it is not computed yet.
-    """
+    """A row of a campaign that was run."""
 
     campaign: Campaign
-    run: int
-    values: Mapping[str, Any]
+    run: int  # number of the row
+    values: Mapping[str, Any]  # its columns by their names; empty if it is not computed yet
 
     @classmethod
     def read(cls, folder: Path | str, run: int) -> "Row":
         """Read a row.
 
-        Raises:
-            ParameterError: the campaign has no such row.
-            CampaignError: the folder is not that of a campaign, or the file of the row is damaged.
+        Raises ParameterError if the campaign has no such row; CampaignError if the folder is not that of a campaign, or the
+        file of the row is damaged.
         """
         campaign = Campaign.of_folder(folder)
         campaign.planned(run)  # checks the number
@@ -237,12 +215,8 @@ class Row:
     def differences(self, metrics: Metrics | None, failure: str = "") -> list[str]:
         """Compare a run with the row.
 
-        Args:
-            metrics: Metrics of the run; None where it has none.
-            failure: Why it ended early; empty if it did not.
-
-        Returns:
-            A line for each difference; none if all metrics are bit-identical, or both ended early for the same reason.
+        `failure`: why it ended early; empty if it did not. Returns a line for each difference; none if all metrics are
+        bit-identical, or both ended early for the same reason.
         """
         if self.values["ended_early"]:
             expected = self.values["failure"]
@@ -272,8 +246,7 @@ PACKAGES = ("vessel_hsmc_ros", "numba", "numpy", "pyarrow", "scipy")
 def opened(dataset: Dataset, campaign: Campaign) -> Iterator[None]:
     """A context in which no other process computes chunks of the same folder; it is created if it does not exist.
 
-    Raises:
-        CampaignError: another process computes there, the folder is that of another campaign, or it cannot be written.
+    Raises CampaignError if another process computes there, the folder is that of another campaign, or it cannot be written.
     """
     path = dataset.path
     if path.is_dir() and any(path.iterdir()) and not any((path / name).exists() for name in (LOCK, ABOUT)):

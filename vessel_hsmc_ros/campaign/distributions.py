@@ -148,11 +148,8 @@ LARGEST_GRID = 100_000
 def parse_distribution(given: Any) -> tuple[Distribution, bool]:
     """Make a distribution from an entry such as `{uniform: [0.8, 1.2], relative: true}`.
 
-    Returns:
-        The distribution, not truncated; whether it is one of factors on the base value.
-
-    Raises:
-        ParameterError: the entry has another form; the message continues a text that names the parameter.
+    Returns the distribution, not truncated; whether it is one of factors on the base value. Raises ParameterError if the entry
+    has another form; the message continues a text that names the parameter.
     """
     kinds = list(given.keys() - {RELATIVE}) if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in FORMS:
@@ -207,23 +204,14 @@ LISTS = (tuple[float, ...], tuple[str, ...])
 
 @dataclass(frozen=True)
 class Drawn:
-    """A parameter with a distribution.
+    """A parameter with a distribution."""
 
-    Attributes:
-        name: As in the campaign file: `node.parameter`, `vessel.parameter` for all nodes, `node.parameter[0]` for an element.
-        parameter: The same without the element.
-        element: Number of the element; None for the entire parameter.
-        entry: Declaration of the parameter.
-        distribution: Of the value, or of its factor; truncated to the range of the parameter.
-        factor: What a drawn number is multiplied by: the base value where the file has `relative`, else 1.
-    """
-
-    name: str
-    parameter: str
-    element: int | None
-    entry: Entry
-    distribution: Continuous | Choice | Grid
-    factor: float = 1.0
+    name: str  # as in the campaign file: `node.parameter`, `vessel.parameter` for all nodes, `node.parameter[0]` for an element
+    parameter: str  # the same without the element
+    element: int | None  # number of the element; None for the entire parameter
+    entry: Entry  # declaration of the parameter
+    distribution: Continuous | Choice | Grid  # of the value, or of its factor; truncated to the range of the parameter
+    factor: float = 1.0  # what a drawn number is multiplied by: the base value where the file has `relative`, else 1
 
     @property
     def type(self) -> Any:
@@ -255,12 +243,8 @@ class Drawn:
 def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     """Make a drawn parameter from its entry in a campaign file.
 
-    Args:
-        given: Its distribution, such as `{normal: [0.0, 1.0]}`.
-        scenario: The base scenario, with the base values.
-
-    Raises:
-        ParameterError: there is no such parameter, or its distribution has a wrong form or no value in the parameter's range.
+    `given`: its distribution, such as `{normal: [0.0, 1.0]}`. Raises ParameterError if there is no such parameter, or its
+    distribution has a wrong form or no value in the parameter's range.
     """
     match = _ELEMENT.fullmatch(name)
     parameter, element = (match[1], int(match[2])) if match else (name, None)
@@ -308,11 +292,7 @@ def _factor(name: str, base: Value, relative: bool) -> float:
 
 
 def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Grid:
-    """The distribution of a parameter within its range; values that are listed must be in it.
-
-    Raises:
-        ParameterError: none of its values is, or one of those that are listed is not.
-    """
+    """The distribution of a parameter within its range; values that are listed must be in it."""
     distribution, entry = drawn.distribution, drawn.entry
     if isinstance(distribution, Choice | Grid):
         for value in distribution.values:
@@ -333,10 +313,6 @@ def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Gr
 
 
 def _check(drawn: Drawn, value: Any) -> None:
-    """Check a listed value.
-
-    Raises:
-        ParameterError: it is of a wrong type or out of range.
-    """
+    """Check a listed value."""
     length = drawn.entry.length if drawn.element is None else None
     schema.check(replace(drawn.entry, name=drawn.name, type=drawn.type, length=length), drawn.scaled(value), "draw")

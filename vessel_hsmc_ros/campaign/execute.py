@@ -41,14 +41,8 @@ def campaign_of(source: Source, repetitions: int) -> Campaign:
 def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None] | None = None) -> bytes:
     """Compute a chunk of a campaign in this process.
 
-    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error.
-
-    Args:
-        number: Number of the chunk, from 0.
-        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
-
-    Returns:
-        The content of its Parquet file.
+    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error. `progress`: called
+    with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
     """
     runs = campaign.runs_of(number)
     made = {run: _scenario(campaign, run) for run in runs}
@@ -75,10 +69,8 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
 def exceeded(metrics: Metrics, limits: Mapping[str, float]) -> str:
     """The limits that a run exceeds, in one line; empty if there are none.
 
-    Args:
-        metrics: Of the run; one that it does not have, such as the settling time of an error that did not settle, is above
-            every limit, and so is NaN.
-        limits: Largest magnitudes by the names of metrics.
+    `metrics`: of the run; one that it does not have, such as the settling time of an error that did not settle, is above every
+    limit, and so is NaN. `limits`: largest magnitudes by the names of metrics.
     """
     found = []
     for name, limit in limits.items():
@@ -220,12 +212,8 @@ def _compute_on_cluster(
         report(done)
 
 
-CONNECT_LIMIT = 10.0
-"""Time limit for the connection with the scheduler, s."""
-
-AHEAD = 3
-"""Chunks for each thread of the cluster that are submitted at a time, so that no worker waits for this process."""
-
+CONNECT_LIMIT = 10.0  # time limit for the connection with the scheduler, s
+AHEAD = 3  # chunks for each thread of the cluster that are submitted at a time, so that no worker waits for this process
 _one_at_a_time = threading.Lock()
 
 
@@ -247,11 +235,7 @@ class Computed(NamedTuple):
 
 
 def check_address(scheduler: str) -> None:
-    """Check the form of the address of a scheduler.
-
-    Raises:
-        ParameterError: it has another form.
-    """
+    """Check the form of the address of a scheduler. Raises ParameterError if it has another form."""
     if not re.fullmatch(r"(tcp|tls|ucx|wss?)://.+:\d{1,5}", scheduler):
         raise ParameterError(f"--scheduler {scheduler} is not allowed: it takes an address such as tcp://host:8786")
 
@@ -259,8 +243,7 @@ def check_address(scheduler: str) -> None:
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
     """Compute chunks on a cluster.
 
-    Args:
-        scheduler: Address of the scheduler, such as tcp://host:8786.
+    `scheduler`: address of the scheduler, such as tcp://host:8786.
 
     Yields:
         Number and file content of each chunk as soon as it is computed, in any order.
@@ -338,11 +321,7 @@ def _submitted(client: Any, job: Job, numbers: Sequence[int]) -> Iterator[Comput
 
 
 def _result(future: Any) -> Computed:
-    """The result of a chunk.
-
-    Raises:
-        CampaignError: it was not computed.
-    """
+    """The result of a chunk."""
     try:
         return Computed(*future.result())
     except VesselHsmcError:

@@ -36,26 +36,13 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 
-MAX_LIMIT_SHARE = 0.9
-"""Largest share of the limits that a feasible motion takes."""
-
-REST_SHARE = 0.8
-"""Largest share of the surge force that station keeping takes."""
-
-MIN_FEASIBLE_SHARE = 0.99
-"""Share of the samples of the last half that must be within."""
-
-STEP = 0.05
-"""Period of the samples, in T."""
-
-BEYOND = 10.0
-"""Time beyond the end from which the heading is integrated backwards, in T."""
-
-ITERATES = 3
-"""Number of solutions of the sway equation, each with the yaw acceleration of the last one."""
-
-MIN_WAY = 0.01
-"""Surge speed through the water below which a heading has no way, relative to the speed of the reference."""
+MAX_LIMIT_SHARE = 0.9  # largest share of the limits that a feasible motion takes
+REST_SHARE = 0.8  # largest share of the surge force that station keeping takes
+MIN_FEASIBLE_SHARE = 0.99  # share of the samples of the last half that must be within
+STEP = 0.05  # period of the samples, in T
+BEYOND = 10.0  # time beyond the end from which the heading is integrated backwards, in T
+ITERATES = 3  # number of solutions of the sway equation, each with the yaw acceleration of the last one
+MIN_WAY = 0.01  # surge speed through the water below which a heading has no way, relative to the speed of the reference
 
 
 class Demand(NamedTuple):
@@ -70,8 +57,7 @@ class Demand(NamedTuple):
 def infeasible(scenario: Scenario) -> str:
     """Why no law can keep the ship of a scenario on its reference; empty if one can.
 
-    Args:
-        scenario: A scenario with a duration, whose ship has limits; its law, sensors and gusts are not considered.
+    `scenario`: a scenario with a duration, whose ship has limits; its law, sensors and gusts are not considered.
     """
     sim = scenario.vessel_sim
     a, vessel = sim.actuators, sim.vessel.coefficients()
@@ -111,11 +97,8 @@ def _exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
 def demand(rows: Array, current: Array, wind: Array, vessel: Vessel, h: float) -> Demand:
     """What a ship takes to be on a reference.
 
-    Args:
-        rows: x, y, psi, u, v, r, du, dv, dr of the reference over ground, (n, 9).
-        current: Its components east and north, (2,) m/s.
-        wind: Mean force of the wind, (2,) N.
-        h: Period of the rows, s.
+    `rows`: x, y, psi, u, v, r, du, dv, dr of the reference over ground, (n, 9). `current`: its components east and north, (2,)
+    m/s. `wind`: mean force of the wind, (2,) N. `h`: period of the rows, s.
     """
     q, acceleration = _through_water(rows, current)
     forward = vessel.m11 <= vessel.m22

@@ -7,14 +7,16 @@ from pathlib import Path
 
 from vessel_hsmc_ros.campaign import ship_findings
 from vessel_hsmc_ros.campaign.results import Results
-from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence, influences
 from vessel_hsmc_ros.campaign.statistics import (
     CONFIDENCE,
+    FEWEST,
     Cell,
+    Influence,
     Quantile,
     Table,
     at_most,
     clopper_pearson,
+    influences,
     interval_text,
     paired,
     quantile,
@@ -22,15 +24,9 @@ from vessel_hsmc_ros.campaign.statistics import (
 )
 from vessel_hsmc_ros.report.tables import label, value_text
 
-SHARES = (0.05, 0.5, 0.95, 0.99)
-"""The quantiles of the table of metrics."""
-
-WORST = 10
-"""Number of runs of each law in the table of the worst."""
-
-NAMED = 3
-"""Largest number of parameters that a sentence names."""
-
+SHARES = (0.05, 0.5, 0.95, 0.99)  # the quantiles of the table of metrics
+WORST = 10  # number of runs of each law in the table of the worst
+NAMED = 3  # largest number of parameters that a sentence names
 GRID = "; on a grid of starts these are shares of its points, not probabilities"
 
 EVEN = "; no confidence interval is stated, because {} draws are not independent"
@@ -47,11 +43,7 @@ def influences_by_variant(results: Results) -> dict[str, list[Influence]]:
 
 
 def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple[str, str]]:
-    """The findings in words, each with the law that it is about; empty for the comparison of laws.
-
-    Args:
-        found: Of `influences_by_variant`.
-    """
+    """The findings in words, each with the law that it is about; empty for the comparison of laws."""
     if results.campaign.has_ships:
         return ship_findings.sentences(ship_findings.ships_of(results))
     lines = []

@@ -52,10 +52,9 @@ class Campaign(CampaignFile):
     def load(cls, path: Path | str, runs: int | None = None, seed: int | None = None) -> "Campaign":
         """Read and check a campaign.
 
-        Args:
-            path: A campaign of the package, such as `far_starts`; a YAML file; or the folder of a campaign that was run.
-            runs: Number of draws in the place of that of the file.
-            seed: Seed in the place of that of the file; not of a folder, whose rows have theirs.
+        `path`: a campaign of the package, such as `far_starts`; a YAML file; or the folder of a campaign that was run. `runs`:
+        number of draws in the place of that of the file. `seed`: seed in the place of that of the file; not of a folder, whose
+        rows have theirs.
 
         Raises:
             ScenarioError: the file is unknown, unreadable or malformed.
@@ -177,8 +176,7 @@ class Campaign(CampaignFile):
     def scenario(self, run: int, changes: Mapping[str, object] | None = None) -> Scenario:
         """The scenario of a run.
 
-        Args:
-            changes: Further changes by `node.parameter` that do not affect the results, such as those of `for_nodes`.
+        `changes`: further changes by `node.parameter` that do not affect the results, such as those of `for_nodes`.
 
         Raises:
             ParameterError: the campaign has no such run, or its drawn values do not fit each other.

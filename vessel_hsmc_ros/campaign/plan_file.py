@@ -28,24 +28,16 @@ KEYS = ("scenario", "set", "laws", "variants", "runs", "sampling", "seed", "draw
 
 CHUNK = 100
 
-LENGTHS = "lengths"
-"""The unit of a limit that is relative to the length of the hull."""
+LENGTHS = "lengths"  # the unit of a limit that is relative to the length of the hull
 
 
 class Source(NamedTuple):
-    """The texts that define a campaign, from which any process can make it.
+    """The texts that define a campaign, from which any process can make it."""
 
-    Attributes:
-        name: Name of the campaign: that of its file.
-        text: Content of the campaign file.
-        scenario_name: Name of the base scenario.
-        scenario: Its ROS parameters file.
-    """
-
-    name: str
-    text: str
-    scenario_name: str
-    scenario: str
+    name: str  # name of the campaign: that of its file
+    text: str  # content of the campaign file
+    scenario_name: str  # name of the base scenario
+    scenario: str  # its ROS parameters file
 
 
 T = TypeVar("T", bound="CampaignFile")
@@ -53,42 +45,25 @@ T = TypeVar("T", bound="CampaignFile")
 
 @dataclass(frozen=True)
 class CampaignFile:
-    """The content of a campaign file, checked as far as is possible without its runs.
+    """The content of a campaign file, checked as far as is possible without its runs."""
 
-    Attributes:
-        source: The texts that define it.
-        changes: Fixed changes to the scenario, by `node.parameter`.
-        variants: The changes of each run of a draw, by the names of the variants.
-        repetitions: Number of draws, for each combination of the grids if there are any.
-        sampling: One of `sampling.METHODS`.
-        seed: Of all random numbers.
-        parameters: The drawn parameters in the order of the file.
-        limits: Largest magnitudes of metrics: a run above any is a failure.
-        limits_in_lengths: The same in lengths of the hull.
-        chunk: Number of runs in a file of the dataset.
-    """
-
-    source: Source
-    changes: Mapping[str, object]
-    variants: Mapping[str, Mapping[str, object]]
-    repetitions: int
-    sampling: str
-    seed: int
-    parameters: tuple[Drawn, ...]
-    limits: Mapping[str, float]
-    limits_in_lengths: Mapping[str, float]
-    chunk: int
+    source: Source  # the texts that define it
+    changes: Mapping[str, object]  # fixed changes to the scenario, by `node.parameter`
+    variants: Mapping[str, Mapping[str, object]]  # the changes of each run of a draw, by the names of the variants
+    repetitions: int  # number of draws, for each combination of the grids if there are any
+    sampling: str  # one of `sampling.METHODS`
+    seed: int  # of all random numbers
+    parameters: tuple[Drawn, ...]  # the drawn parameters in the order of the file
+    limits: Mapping[str, float]  # largest magnitudes of metrics: a run above any is a failure
+    limits_in_lengths: Mapping[str, float]  # the same in lengths of the hull
+    chunk: int  # number of runs in a file of the dataset
 
     @classmethod
     def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
         """Make a campaign from its texts.
 
-        Args:
-            runs: Number of draws in the place of that of the file.
-
-        Raises:
-            ScenarioError: the file or the scenario is malformed.
-            ParameterError: a parameter, distribution, limit or law is not allowed.
+        `runs`: number of draws in the place of that of the file. Raises ScenarioError if the file or the scenario is malformed;
+        ParameterError if a parameter, distribution, limit or law is not allowed.
         """
         try:
             return cls(source, *_parse(source, document(source), runs))
@@ -104,12 +79,9 @@ def campaign_names() -> list[str]:
 def read_source(name: Path | str) -> Source:
     """Read the texts of a campaign.
 
-    Args:
-        name: A campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
-            folder of that file.
-
-    Raises:
-        ScenarioError: campaign or scenario are unknown or cannot be read, or the file has no scenario.
+    `name`: a campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
+    folder of that file. Raises ScenarioError if campaign or scenario are unknown or cannot be read, or the file has no
+    scenario.
     """
     path = _find(name)
     try:
@@ -126,11 +98,7 @@ def read_source(name: Path | str) -> Source:
 
 
 def document(source: Source) -> dict[str, Any]:
-    """The entries of a campaign file.
-
-    Raises:
-        ScenarioError: it is not YAML, or has other keys.
-    """
+    """The entries of a campaign file. Raises ScenarioError if it is not YAML, or has other keys."""
     try:
         found = read_yaml(source.text)
     except yaml.YAMLError as error:
@@ -150,11 +118,7 @@ def with_seed(source: Source, seed: int) -> Source:
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """Read campaign.json in the folder of a campaign.
-
-    Raises:
-        CampaignError: it is missing or damaged.
-    """
+    """Read campaign.json in the folder of a campaign. Raises CampaignError if it is missing or damaged."""
     try:
         about = json.loads(read_text(folder / "campaign.json"))
         return {**about, "repetitions": int(about["repetitions"])}
@@ -165,8 +129,7 @@ def read_about(folder: Path) -> dict[str, Any]:
 def source_of_folder(folder: Path, runs: int | None = None) -> tuple[Source, int]:
     """Read the texts of the campaign of a folder, and the number of draws that were requested if no other is given.
 
-    Raises:
-        CampaignError: the folder is not that of a campaign.
+    Raises CampaignError if the folder is not that of a campaign.
     """
     about = read_about(folder)
     try:

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.campaign import figures, findings, ship_findings
-from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter, diagrams
+from vessel_hsmc_ros.campaign import findings, ship_findings
+from vessel_hsmc_ros.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter, diagrams, draw
 from vessel_hsmc_ros.campaign.findings import influences_by_variant, sentences, short
 from vessel_hsmc_ros.campaign.results import Results, read
-from vessel_hsmc_ros.campaign.sensitivity import FEWEST, Influence
-from vessel_hsmc_ros.campaign.statistics import CONFIDENCE
+from vessel_hsmc_ros.campaign.statistics import CONFIDENCE, FEWEST, Influence
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report import page_kit
@@ -23,15 +22,9 @@ from vessel_hsmc_ros.report.style import SERIES
 def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], dict[str, Path]]:
     """Write the report of a campaign, complete or not.
 
-    Args:
-        output: The page; by default `report.html` in the folder. The figures are in `figures/` beside it.
-
-    Returns:
-        The findings in words, and the paths by kind: page and figures.
-
-    Raises:
-        CampaignError: the folder is not that of a campaign, or a file of it is damaged.
-        ReportError: the campaign has no results yet, or a file cannot be written.
+    `output`: the page; by default `report.html` in the folder. The figures are in `figures/` beside it. Returns the findings in
+    words, and the paths by kind: page and figures. Raises CampaignError if the folder is not that of a campaign, or a file of
+    it is damaged; ReportError if the campaign has no results yet, or a file cannot be written.
     """
     results = read(folder)
     found = influences_by_variant(results)
@@ -39,7 +32,7 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
     path = output or folder / "report.html"
     try:
         path.write_text(render(results, found, drawn, folder), encoding="utf-8")
-        pictures = figures.draw(path.parent / "figures", drawn)
+        pictures = draw(path.parent / "figures", drawn)
     except OSError as error:
         raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
     words = [f"{law}: {sentence}" if law else sentence for law, sentence in sentences(results, found)]
@@ -49,9 +42,7 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
 def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams, folder: Path) -> str:
     """Render the HTML text of the page.
 
-    Args:
-        found: The influences on the main metric for each law.
-        folder: The folder of the campaign, for the commands.
+    `found`: the influences on the main metric for each law.
     """
     campaign, laws = results.campaign, list(results.by_variant)
     shown = page_diagrams(drawn, laws)
@@ -104,18 +95,12 @@ def _notes(results: Results) -> list[str]:
 
 Figure = dict[str, Any]
 
-DIGITS = 5
-"""Significant digits of the drawn numbers; the dataset has all of them."""
-
+DIGITS = 5  # significant digits of the drawn numbers; the dataset has all of them
 AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False, "exponentformat": "power"}
 
 
 def page_diagrams(drawn: Diagrams, laws: list[str]) -> dict[str, list[Figure]]:
-    """Traces and layouts of all diagrams, by the section of the page that shows them.
-
-    Args:
-        laws: All laws, in the order of their colours.
-    """
+    """Traces and layouts of all diagrams, by the section of the page that shows them."""
     return {
         "exceedance": [_exceedance(each, laws) for each in drawn.exceedances],
         "bars": [_bars(each, laws) for each in drawn.bars],

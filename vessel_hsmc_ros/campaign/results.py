@@ -25,27 +25,18 @@ Column = NDArray[Any]
 ALWAYS = ("position_error_rms_last_quarter", "settling_time", "yaw_moment_rms")
 """Metrics that are drawn in every report, beside those with limits."""
 
-LEGS = "leg_cross_track_rms"
-"""A path or survey is judged by its legs."""
-
-LENGTH = f"{SHIP}length"
-"""The drawn length of the hull."""
-
+LEGS = "leg_cross_track_rms"  # a path or survey is judged by its legs
+LENGTH = f"{SHIP}length"  # the drawn length of the hull
 _LIMIT = re.compile(r"(\w+) = \S+ above (\S+)")
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[-+]?\d+)?")
 
 
 @dataclass(frozen=True)
 class Results:
-    """Runs of a campaign.
-
-    Attributes:
-        campaign: Its plan.
-        rows: The columns of its dataset, (n,) each.
-    """
+    """Runs of a campaign."""
 
     campaign: Campaign
-    rows: Mapping[str, Column]
+    rows: Mapping[str, Column]  # the columns of its dataset, (n,) each
 
     def __len__(self) -> int:
         return len(self.rows["run"])
@@ -132,9 +123,8 @@ class Results:
 def read(folder: Path) -> Results:
     """Read the results of a campaign, complete or not.
 
-    Raises:
-        ScenarioError, CampaignError: the folder is not that of a campaign, or a file of it is damaged.
-        ReportError: it has no rows yet.
+    Raises ScenarioError, CampaignError if the folder is not that of a campaign, or a file of it is damaged; ReportError if it
+    has no rows yet.
     """
     table = read_rows(folder)
     if not table.num_rows:

@@ -10,29 +10,18 @@ from vessel_hsmc_ros.core.arrays import Array
 
 METHODS = ("random", "latin_hypercube", "sobol")
 
-MAX_RUNS = 2**30
-"""Largest number of draws: the length of the Sobol sequence."""
-
-SEEDS = 2**31
-"""Number of the seeds that the plant accepts."""
-
+MAX_RUNS = 2**30  # largest number of draws: the length of the Sobol sequence
+SEEDS = 2**31  # number of the seeds that the plant accepts
 _BLOCK = 1024
 _SMALLEST = 2.0**-53
-_STREAM = 1
-"""Separates the random numbers of a draw from those that the plant makes from its seed."""
+_STREAM = 1  # separates the random numbers of a draw from those that the plant makes from its seed
 
 
 def point(method: str, dimensions: int, seed: int, draws: int, draw: int) -> tuple[float, ...]:
     """A point of the open unit cube.
 
-    Args:
-        dimensions: Number of coordinates.
-        seed: Of the campaign; scrambles the Sobol sequence.
-        draws: Number of all draws, on which only those of latin_hypercube depend.
-        draw: Number of the draw, from 0.
-
-    Returns:
-        The coordinates, between 0 and 1 and neither of them.
+    `draws`: number of all draws, on which only those of latin_hypercube depend. Returns the coordinates, between 0 and 1 and
+    neither of them.
     """
     if method == "latin_hypercube":
         row = _hypercube(dimensions, seed, draws)[draw]

@@ -11,8 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from vessel_hsmc_ros.campaign.ship_family import SHIP, ShipFamily
-from vessel_hsmc_ros.campaign.ship_references import MAX_TURN_TIMES, Course, Request, course_for
+from vessel_hsmc_ros.campaign.ship_family import MAX_TURN_TIMES, SHIP, Course, Request, ShipFamily, course_for
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
@@ -22,29 +21,16 @@ Changes = dict[str, object]
 
 PAPER = ShipParameters()
 
-PAPER_LIMITS = (2e5, 3e6)
-"""Largest surge force [N] and yaw moment [N·m] of the paper's ship; the paper itself has none."""
-
+PAPER_LIMITS = (2e5, 3e6)  # largest surge force [N] and yaw moment [N·m] of the paper's ship; the paper itself has none
 POWERS = {"": (2.5, 4.5), "_quadratic": (2.0, 5.0), "_cubic": (1.5, 5.5)}
 """Froude's powers of damping coefficients, of forces and of moments."""
 
-STEP, SHORTEST_STEP = 0.02, 0.004
-"""Largest period of the plant, and the shortest that a dead time makes necessary, in T."""
-
-POSITION_RATE, HEADING_RATE = 5.0, 10.0
-"""Sampling rates of noisy sensors, Hz."""
-
-GUST_TIME = 4.3
-"""Correlation time of the gusts, in T: 20 s for the paper's ship."""
-
-GUSTS = 0.1
-"""Standard deviation of the gusts relative to the mean force."""
-
-SHORTEST = 120.0
-"""Duration of a run after the start at least, in T."""
-
-PERIODS = 2.0
-"""Number of periods of the reference in a run, as far as the durations allow."""
+STEP, SHORTEST_STEP = 0.02, 0.004  # largest period of the plant, and the shortest that a dead time makes necessary, in T
+POSITION_RATE, HEADING_RATE = 5.0, 10.0  # sampling rates of noisy sensors, Hz
+GUST_TIME = 4.3  # correlation time of the gusts, in T: 20 s for the paper's ship
+GUSTS = 0.1  # standard deviation of the gusts relative to the mean force
+SHORTEST = 120.0  # duration of a run after the start at least, in T
+PERIODS = 2.0  # number of periods of the reference in a run, as far as the durations allow
 
 
 class Delays(NamedTuple):
@@ -69,11 +55,8 @@ class Ship(NamedTuple):
 def resolved(*layers: Mapping[str, object]) -> Changes:
     """Layers of changes in one, the later ones over the earlier ones, with the numbers of a ship of the family expanded.
 
-    Args:
-        layers: Values by `node.parameter` or by `ship.number`.
-
-    Raises:
-        ParameterError: a number of the ship is unknown or out of range, or no reference is feasible for it.
+    `layers`: values by `node.parameter` or by `ship.number`. Raises ParameterError if a number of the ship is unknown or out of
+    range, or no reference is feasible for it.
     """
     merged = {name: value for layer in layers for name, value in layer.items()}
     numbers = {name.removeprefix(SHIP): merged.pop(name) for name in list(merged) if name.startswith(SHIP)}
@@ -84,8 +67,7 @@ def resolved(*layers: Mapping[str, object]) -> Changes:
 def expand(family: ShipFamily) -> Changes:
     """The changes to a scenario that make it that of a ship of the family; always the same names.
 
-    Raises:
-        ParameterError: no reference of this kind is feasible for the ship.
+    Raises ParameterError if no reference of this kind is feasible for the ship.
     """
     ship = ship_of(family)
     T, course = ship.scale.T, ship.course
@@ -101,11 +83,7 @@ def expand(family: ShipFamily) -> Changes:
 
 
 def ship_of(family: ShipFamily) -> Ship:
-    """The ship of the numbers.
-
-    Raises:
-        ParameterError: no reference of this kind is feasible for it.
-    """
+    """The ship of the numbers. Raises ParameterError if no reference of this kind is feasible for it."""
     hull = hull_of(family)
     scale = scale_of(hull)
     period = _plant_period(family, scale.T)
@@ -151,10 +129,7 @@ def hull_of(family: ShipFamily) -> ShipParameters:
 def _delays(family: ShipFamily, own: float, limit: float, T: float, period: float) -> Delays:
     """The true delays of an actuator.
 
-    Args:
-        limit: Its largest force or moment.
-        T: Unit of time, s.
-        period: Of the plant, s, to which dead times are rounded.
+    `period`: of the plant, s, to which dead times are rounded.
     """
     full = own * family.time_to_full * T
     dead = own * family.dead_time * T

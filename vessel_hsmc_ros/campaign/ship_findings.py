@@ -26,19 +26,12 @@ KNOWLEDGE = f"{SHIP}knowledge"
 
 @dataclass(frozen=True)
 class Ships:
-    """The draws of which all variants are computed.
-
-    Attributes:
-        campaign: Its plan.
-        values: The numbers of the ships that are drawn, (n,) each, by their names without prefix.
-        feasible: Whether a law can keep each ship, (n,).
-        lost: Whether it is lost, (n,), for each variant.
-    """
+    """The draws of which all variants are computed."""
 
     campaign: Campaign
-    values: Mapping[str, Column]
-    feasible: Mask
-    lost: Mapping[str, Mask]
+    values: Mapping[str, Column]  # the numbers of the ships that are drawn, (n,) each, by their names without prefix
+    feasible: Mask  # whether a law can keep each ship, (n,)
+    lost: Mapping[str, Mask]  # whether it is lost, (n,), for each variant
 
 
 def ships_of(results: Results) -> Ships:

@@ -1,20 +1,21 @@
-"""Statements about a probability and about quantiles that hold for any distribution, from a sample of runs.
+"""Statements about a probability and about quantiles that hold for any distribution, and which drawn parameters matter.
 
-Both rest on the binomial distribution alone: the number of failures among n independent runs, and the number of runs below a
-quantile, are binomial, whatever the distribution of the metric is.
+The first two rest on the binomial distribution alone: the number of failures among n independent runs, and the number of runs
+below a quantile, are binomial, whatever the distribution of the metric is.
 """
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
 from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.exceptions import InstallationError
 
-CONFIDENCE = 0.95
-"""Confidence of all intervals and bounds of a report."""
+CONFIDENCE = 0.95  # confidence of all intervals and bounds of a report
 
 
 class Interval(NamedTuple):
@@ -33,19 +34,14 @@ class Quantile(NamedTuple):
 
 
 class Paired(NamedTuple):
-    """Two laws on the same draws.
+    """Two laws on the same draws."""
 
-    Attributes:
-        better, worse, equal: Numbers of draws in which the first has the smaller value, the larger one, the same.
-        share: Confidence interval of the probability that the first is better, among draws in which they differ.
-        ratio: Median ratio of the first's value to the second's, over the draws in which both have one.
-    """
-
+    # better, worse, equal: numbers of draws in which the first has the smaller value, the larger one, the same
     better: int
     worse: int
     equal: int
-    share: Interval
-    ratio: Quantile
+    share: Interval  # confidence interval of the probability that the first is better, among draws in which they differ
+    ratio: Quantile  # median ratio of the first's value to the second's, over the draws in which both have one
 
 
 def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) -> Interval:
@@ -55,15 +51,8 @@ def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) ->
 
         B(α/2; k, n - k + 1)   and   B(1 - α/2; k + 1, n - k),   α = 1 - confidence
 
-    so that for every true probability the interval misses it in at most α of all campaigns.
-
-    Args:
-        failures: k, from 0 to n.
-        runs: n; for 0 the interval is [0, 1].
-        confidence: Probability with which the interval contains the true probability, at least.
-
-    Returns:
-        The interval, within [0, 1].
+    so that for every true probability the interval misses it in at most α of all campaigns. `runs`: n; for 0 the interval is
+    [0, 1].
     """
     if not runs:
         return Interval(0.0, 1.0)
@@ -74,15 +63,7 @@ def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) ->
 def at_most(failures: int, runs: int, confidence: float = CONFIDENCE) -> float:
     """The largest probability of a failure that the runs admit: the one-sided Clopper-Pearson bound.
 
-    Without a failure it is 1 - (1 - confidence)^(1/n), about 3/n at 95 %.
-
-    Args:
-        failures: Number of failures, k.
-        runs: Number of runs, n.
-        confidence: Probability with which the true probability is not above the bound, at least.
-
-    Returns:
-        The bound, from 0 to 1; 1 without a run.
+    Without a failure it is 1 - (1 - confidence)^(1/n), about 3/n at 95 %. Returns the bound, from 0 to 1; 1 without a run.
     """
     return float(stats.beta.ppf(confidence, failures + 1, runs - failures)) if failures < runs else 1.0
 
@@ -91,12 +72,8 @@ def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Qua
     """A quantile with bounds that are order statistics of the sample.
 
     The number N of values below the quantile q is binomial (n, share). The l-th and the u-th smallest value enclose q with at
-    least the confidence if P(N < l) and P(N >= u) are at most α/2 each.
-
-    Args:
-        values: The sample, (n,); infinite for a run that has no value because it ended early.
-        share: Share of the distribution below the quantile, between 0 and 1.
-        confidence: Probability with which the bounds enclose the quantile, at least.
+    least the confidence if P(N < l) and P(N >= u) are at most α/2 each. `values`: the sample, (n,); infinite for a run that has
+    no value because it ended early.
 
     Returns:
         The smallest value that at least this share of the sample does not exceed, and the bounds; a bound for which the sample
@@ -119,9 +96,8 @@ def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Qua
 def paired(first: Array, second: Array) -> Paired:
     """Compare two laws draw by draw: the sign test with an exact interval, and the median ratio.
 
-    Args:
-        first: A metric of the first law, (n,); smaller is better, infinite for a run that ended early.
-        second: The metric of the second law on the same draws, (n,).
+    `first`: a metric of the first law, (n,); smaller is better, infinite for a run that ended early. `second`: the metric of
+    the second law on the same draws, (n,).
     """
     better, worse = int(np.sum(first < second)), int(np.sum(first > second))
     comparable = np.isfinite(first) & np.isfinite(second) & (second > 0.0)
@@ -132,12 +108,9 @@ def paired(first: Array, second: Array) -> Paired:
 def exceedance(values: Array, points: int = 400) -> tuple[Array, Array, Array, Array]:
     """The share of runs above each value, with pointwise confidence bounds.
 
-    Args:
-        values: The sample, (n,); infinite for a run that ended early, which is above every value.
-        points: Largest number of values of the curve; they are denser towards the largest, where single runs count.
-
-    Returns:
-        Finite values in increasing order, the share of the runs above each, and its lower and upper bound, (m,) each.
+    `values`: the sample, (n,); infinite for a run that ended early, which is above every value. `points`: largest number of
+    values of the curve; they are denser towards the largest, where single runs count. Returns finite values in increasing
+    order, the share of the runs above each, and its lower and upper bound, (m,) each.
     """
     ordered = np.sort(values)
     n = len(ordered)
@@ -175,3 +148,76 @@ def share_text(share: float) -> str:
 def interval_text(interval: Interval) -> str:
     """A confidence interval of a share, in per cent."""
     return f"{share_text(interval.low)} to {share_text(interval.high)}"
+
+
+FEWEST = 100  # number of runs below which no index is given: the first ten harmonics of fewer are mostly noise
+MAX_SAMPLES = 20_000  # number of runs that are evaluated; more would make the intervals narrower than anybody reads them
+HARMONICS = 10
+RESAMPLES = 100
+
+
+class Influence(NamedTuple):
+    """The influence of a parameter on a metric."""
+
+    parameter: str
+    # first-order sensitivity index: the share of the variance of the metric's ranks that this parameter explains alone, from 0
+    # to 1; an estimate may be slightly negative
+    first_order: float
+    uncertainty: float  # half the width of the confidence interval of the index
+    correlation: float  # spearman's rank correlation, from -1 to 1; NaN for a parameter that is not a number
+
+    @property
+    def clear(self) -> bool:
+        """Whether the interval of the index lies above zero."""
+        return self.first_order > self.uncertainty
+
+
+def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[Influence]:
+    """The influence of each drawn parameter on a metric, the strongest first.
+
+    RBD-FAST (Tarantola 2006, with the bias correction of Tissot 2012) takes any sample: it sorts the runs by the parameter and
+    takes the share of the first harmonics in the spectrum of the metric. It is applied to the ranks of the metric, because
+    metrics span decades and a run that ended early has a rank but no value. The index sees an influence that is not monotonic;
+    the rank correlation has a sign. `drawn`: values of each parameter, (n,) each: numbers, flags or texts. `values`: the
+    metric, (n,); infinite for a run that ended early. Returns one entry for each parameter; none for fewer than 100 runs, or
+    where the metric is the same for all of them. Raises InstallationError if SALib is not installed.
+    """
+    if len(values) < FEWEST or not drawn or np.all(values == values[0]):
+        return []
+    # Shuffled, because parameters with few different values leave the runs in their order, in which a grid is periodic.
+    chosen = np.random.default_rng(0).permutation(len(values))[:MAX_SAMPLES]
+    ranks = stats.rankdata(values[chosen])
+    columns = {name: _numbers(column[chosen]) for name, column in drawn.items()}
+    problem = {"num_vars": len(columns), "names": list(columns)}
+    found = _rbd_fast()(
+        problem, np.column_stack(list(columns.values())), ranks, HARMONICS, RESAMPLES, conf_level=CONFIDENCE, seed=0
+    )
+    entries = [
+        Influence(name, float(index), float(uncertainty), _correlation(drawn[name][chosen], ranks))
+        for name, index, uncertainty in zip(columns, found["S1"], found["S1_conf"], strict=True)
+    ]
+    return sorted(entries, key=lambda entry: -entry.first_order)
+
+
+def _rbd_fast() -> Any:
+    """The method of SALib, which only this report needs."""
+    try:
+        from SALib.analyze import rbd_fast  # type: ignore[import-untyped]
+    except ModuleNotFoundError:
+        raise InstallationError("the report of a campaign needs SALib, which is not installed: pip install SALib") from None
+    return rbd_fast.analyze
+
+
+def _numbers(column: NDArray[np.generic]) -> Array:
+    """A column as numbers: the place of each value among the different ones where they are texts."""
+    return column.astype(float) if _numeric(column) else np.unique(column, return_inverse=True)[1].astype(float)
+
+
+def _correlation(column: NDArray[np.generic], ranks: Array) -> float:
+    if not _numeric(column) or np.all(column == column[0]):
+        return math.nan
+    return float(stats.spearmanr(column.astype(float), ranks).statistic)
+
+
+def _numeric(column: NDArray[np.generic]) -> bool:
+    return column.dtype.kind in "bfiu"

@@ -13,11 +13,8 @@ from vessel_hsmc_ros.cli.console import LINE_PERIODS, print_line, print_status, 
 from vessel_hsmc_ros.cli.options import file_option, law_file_option
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
-WINDOW = 30.0
-"""Time over which the rate of the runs is measured, s."""
-
-RUN = "run"
-"""The verb that is left out in `vessel-hsmc campaign FILE`."""
+WINDOW = 30.0  # time over which the rate of the runs is measured, s
+RUN = "run"  # the verb that is left out in `vessel-hsmc campaign FILE`
 
 
 class CampaignGroup(click.Group):
@@ -80,12 +77,7 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
 
 
 class Pace:
-    """Rate of the runs and the time left, from the runs of the last half minute.
-
-    Args:
-        title: What is in progress.
-        update: Of a progress bar.
-    """
+    """Rate of the runs and the time left, from the runs of the last half minute."""
 
     def __init__(self, title: str, update: Callable[..., None]) -> None:
         self._title, self._update = title, update

@@ -9,8 +9,7 @@ import click
 from rich.console import Console
 from rich.markup import escape
 
-from vessel_hsmc_ros.cli.options import json_option, print_json, refuse_without, vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import json_option, print_json, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.safety.connection import OK, WRONG, Connection, Finding
@@ -98,11 +97,7 @@ def _observed(
 
 
 def _pulse(text: str) -> tuple[float, float]:
-    """Force and moment, or speed and yaw rate, of the option.
-
-    Raises:
-        ParameterError: they are not two numbers other than 0.
-    """
+    """Force and moment, or speed and yaw rate, of the option."""
     try:
         force, moment = map(float, text.split(","))
     except ValueError:

@@ -72,9 +72,7 @@ LIBRARIES = {
 """The modules that verbs import beside ROS, click, NumPy, PyYAML and rich."""
 
 
-FAILED, WRONG_USE = 1, 2
-"""Exit codes: the command failed; its arguments were wrong."""
-
+FAILED, WRONG_USE = 1, 2  # exit codes: the command failed; its arguments were wrong
 HELP = ["-h", "--help"]
 
 
@@ -105,8 +103,7 @@ class Verbs(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> tuple[str | None, click.Command | None, list[str]]:
         """The verb that is called; of an unknown one, those like it are named.
 
-        Raises:
-            InstallationError: libraries that it needs are missing; its help needs none of them.
+        Raises InstallationError if libraries that it needs are missing; its help needs none of them.
         """
         near = difflib.get_close_matches(args[0], VERBS, n=2)
         if args[0] not in VERBS and near:

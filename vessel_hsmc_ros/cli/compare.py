@@ -30,8 +30,7 @@ from vessel_hsmc_ros.scenario.suite import Row, load_suite
 if TYPE_CHECKING:
     from vessel_hsmc_ros.runs.comparison import LawRun
 
-MAX_DETAILED_ROWS = 3
-"""Largest number of rows that are printed in a table each; more are printed in one overview."""
+MAX_DETAILED_ROWS = 3  # largest number of rows that are printed in a table each; more are printed in one overview
 
 
 @click.command()
@@ -111,11 +110,7 @@ def compare_runs(runs: Sequence[Path], output: Path) -> None:
 
 
 def chosen(laws: str | None) -> list[str]:
-    """Parse the names of `--laws`.
-
-    Raises:
-        ParameterError: a name is not the name of a law, or is there twice.
-    """
+    """Parse the names of `--laws`. Raises ParameterError if a name is not the name of a law, or is there twice."""
     if laws is None:
         from vessel_hsmc_ros.runs.comparison import default_laws
 

@@ -1,21 +1,28 @@
-"""Output of the command: lines, tables and progress bars, in a terminal or in a log file."""
+"""Output of the command: lines, tables, progress bars and the result of a run, in a terminal or in a log file."""
 
+import shlex
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console, JustifyMethod
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.core.exceptions import BagError
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.runs.scenario_run import Result
+
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""
 
-LINE_PERIODS = 1.0, 4.0
-"""Shortest and longest time between two lines of progress where there is no progress bar, s."""
+LINE_PERIODS = 1.0, 4.0  # shortest and longest time between two lines of progress where there is no progress bar, s
 
 
 def print_line(text: str) -> None:
@@ -48,13 +55,9 @@ def print_table(
 ) -> None:
     """Print a table: columns of text on the left, columns of numbers on the right.
 
-    In a narrow terminal the text is wrapped, and columns of numbers that do not fit follow in a further table.
-
-    Args:
-        head: Names of the columns; no header is printed if all are empty. A name is broken at its spaces.
-        rows: The cells of each row, which may contain Rich markup such as `[red]miss[/]`.
-        text_columns: How many of the columns hold text.
-        console: Where to print; standard output by default.
+    In a narrow terminal the text is wrapped, and columns of numbers that do not fit follow in a further table. `head`: names of
+    the columns; no header is printed if all are empty. A name is broken at its spaces. `rows`: the cells of each row, which may
+    contain Rich markup such as `[red]miss[/]`.
     """
     console = console or Console()
     lines: list[Sequence[str]] = [[name.replace(" ", "\n") for name in head], *rows]
@@ -99,8 +102,7 @@ def _fitting(lines: Sequence[Sequence[str]], text_columns: int, console: Console
 def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[Callable[..., None]]:
     """Show a progress bar on standard error; where that is no terminal, or one without cursor control, print lines instead.
 
-    Args:
-        total: The amount at which it is complete; None for an open end.
+    `total`: the amount at which it is complete; None for an open end.
 
     Yields:
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,
@@ -153,3 +155,46 @@ def _progress_lines(console: Console, title: str, total: float | None, unit: str
     finally:
         ended.set()
         thread.join()
+
+
+def print_result(result: "Result") -> None:
+    """Print the metrics of a run, how it failed if it did, and the paths of its files."""
+    if result.metrics is not None:
+        from vessel_hsmc_ros.report import rows  # imports the report's libraries
+
+        print_metrics([("", rows(result.metrics, result.facts))])
+    if result.failure and result.folder.bag.exists():
+        print_line(_what_remains(result.folder.bag))
+    print_failure(result)
+    print_line(f"run folder: {result.folder.path}")
+
+
+def print_failure(result: "Result") -> None:
+    """Print how a run failed if it did; Ctrl-C is no error, and has the line that it has in every command."""
+    if result.exit_code == INTERRUPTED:
+        print_status(INTERRUPTED_LINE)
+    elif result.failure:
+        print_error(result.failure)
+
+
+def _what_remains(bag: Path) -> str:
+    """What the bag of a failed run holds, and the command that continues from it."""
+    from vessel_hsmc_ros.bags.repair import is_complete  # imports the MCAP library
+
+    try:
+        if is_complete(bag):
+            return f"the bag is complete up to the failure; for metrics and figures: vessel-hsmc report {shlex.quote(str(bag))}"
+    except BagError:
+        return f"the bag cannot be read: {bag}"
+    return f"the bag lacks what could not be written; to repair the rest: vessel-hsmc recover {shlex.quote(str(bag))}"
+
+
+def print_metrics(runs: Sequence[tuple[str, Sequence[tuple[str, str]]]]) -> None:
+    """Print the metrics of runs side by side.
+
+    `runs`: for each run its name and its metrics, each a label and a value with its unit.
+    """
+    values = [dict(metrics) for _, metrics in runs]
+    # A dict keeps the order of first occurrence, and runs may lack some metrics.
+    labels = dict.fromkeys(label for metrics in values for label in metrics)
+    print_table(["", *(name for name, _ in runs)], [(label, *(metrics.get(label, "") for metrics in values)) for label in labels])

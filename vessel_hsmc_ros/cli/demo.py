@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_line, print_result, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import output_option
-from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
 if TYPE_CHECKING:

@@ -67,12 +67,7 @@ HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]
 
 
 def _ship(name: str) -> "tuple[ShipParameters, str]":
-    """The ship of a vessel or of a scenario, and the section `vessel` that describes it in a new scenario.
-
-    Raises:
-        ScenarioError: there is neither a vessel nor a scenario of this name.
-        ParameterError: its data are out of range.
-    """
+    """The ship of a vessel or of a scenario, and the section `vessel` that describes it in a new scenario."""
     is_file = Path(name).suffix in (".yaml", ".yml")
     if name in vessel_names() or (is_file and _is_vessel_file(Path(name))):
         values: dict[str, object] = dict(read_vessel(name).values)
@@ -98,11 +93,7 @@ def _hull_data(ship: "ShipParameters") -> dict[str, object]:
 
 
 def _is_vessel_file(path: Path) -> bool:
-    """Whether a YAML file describes a vessel, not a scenario.
-
-    Raises:
-        ScenarioError: it cannot be read.
-    """
+    """Whether a YAML file describes a vessel, not a scenario."""
     try:
         document = read_yaml(read_text(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:

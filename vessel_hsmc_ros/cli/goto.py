@@ -5,8 +5,7 @@ import math
 import click
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
 

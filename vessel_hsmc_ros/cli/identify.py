@@ -90,12 +90,7 @@ def identify(
 
 
 def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> None:
-    """Check before the identification that its files can be written, and that they replace none but those of an earlier one.
-
-    Raises:
-        ParameterError: length or beam is not known, or the vessel file exists and was not identified.
-        RunError: the folder is not writable.
-    """
+    """Check before the identification that its files can be written, and that they replace none but those of an earlier one."""
     from vessel_hsmc_ros.identification.page import check_known, is_identified
 
     check_known(_known(options, start, {}))
@@ -115,11 +110,7 @@ def _known(options: dict[str, Any], start: "LibraryVessel | None", estimated: Ma
 
 
 def _columns(given: Sequence[str]) -> dict[str, str]:
-    """Columns of the CSV files by what they hold.
-
-    Raises:
-        ParameterError: a text is not NAME=COLUMN.
-    """
+    """Columns of the CSV files by what they hold."""
     for text in given:
         if "=" not in text:
             raise ParameterError(f"--column {text} is not allowed: it takes NAME=COLUMN")
@@ -127,11 +118,7 @@ def _columns(given: Sequence[str]) -> dict[str, str]:
 
 
 def _measurements(path: Path, columns: dict[str, str], topics: dict[str, Any]) -> "Measurements":
-    """The motion in a bag or CSV file.
-
-    Raises:
-        ParameterError: it cannot be read, or does not serve.
-    """
+    """The motion in a bag or CSV file."""
     from vessel_hsmc_ros.identification.measurements import from_bag, from_csv
 
     try:
@@ -170,11 +157,7 @@ def _write(
     judged: "Sequence[HeldOut]",
     start: "LibraryVessel | None",
 ) -> None:
-    """Write vessel file and page.
-
-    Raises:
-        ParameterError: length or beam is not known.
-    """
+    """Write vessel file and page."""
     from vessel_hsmc_ros.identification.page import errors, render, vessel_text
 
     name, output = options["name"], options["output"]

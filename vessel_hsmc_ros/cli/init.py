@@ -15,8 +15,15 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.scenario.interfaces import interface, interface_text
-from vessel_hsmc_ros.scenario.new_survey import survey_of, with_survey
-from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
+from vessel_hsmc_ros.scenario.own_ship import (
+    OVERRIDES,
+    MainData,
+    scenario_for,
+    scenario_text,
+    survey_of,
+    thruster_layout,
+    with_survey,
+)
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
@@ -82,11 +89,7 @@ def init(
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a new file.
-
-    Raises:
-        ScenarioError: it exists, or cannot be written.
-    """
+    """Write a new file."""
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
@@ -97,11 +100,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def _text(vessel: str | None, path: Path, given: dict[str, float], thrusters: bool, fixed: tuple[str, ...]) -> str:
-    """The new scenario.
-
-    Raises:
-        ParameterError: a value is out of range; the message names the option that gave it.
-    """
+    """The new scenario."""
     try:
         return _of_data(path.stem, given, fixed) if vessel is None else _of_vessel(vessel, path, given, thrusters)
     except ParameterError as error:
@@ -117,15 +116,7 @@ def _of_data(name: str, given: dict[str, float], fixed: tuple[str, ...]) -> str:
 def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool) -> str:
     """The scenario of a vessel of the library or of a file.
 
-    Args:
-        vessel: Its name or path.
-        path: The scenario to be written, from which a relative path to the vessel starts.
-        given: Main data from the command line.
-        thrusters: Drive the ship by its thrusters.
-
-    Raises:
-        ParameterError: a datum cannot be changed beside a vessel, or is out of range.
-        ScenarioError: the vessel is unknown or unreadable.
+    `vessel`: its name or path. `path`: the scenario to be written, from which a relative path to the vessel starts.
     """
     main = schema.build(MainData, given, "init")
     data = vars(main)

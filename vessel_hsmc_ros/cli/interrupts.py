@@ -5,9 +5,7 @@ import signal
 import sys
 from types import FrameType
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C: 128 plus the number of SIGINT, as in a shell."""
-
+INTERRUPTED = 130  # exit code after Ctrl-C: 128 plus the number of SIGINT, as in a shell
 INTERRUPTED_LINE = "interrupted"
 
 _CLEAR_LINE_AND_SHOW_CURSOR = "\r\x1b[K\x1b[?25h"

@@ -1,24 +1,31 @@
-"""Arguments and options that several verbs take."""
+"""Arguments and options that several verbs take, and what they lead to: a scenario, a row of a campaign, running nodes."""
 
 import functools
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 import yaml
 from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 
-from vessel_hsmc_ros.cli.console import print_warning
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.cli.console import print_error, print_line, print_warning
+from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes, scenario_names
 from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario
 from vessel_hsmc_ros.simulation import compilation
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.campaign.dataset import Row
+    from vessel_hsmc_ros.nodes.remote import Remote
+    from vessel_hsmc_ros.runs.scenario_run import Result
 
 
 def complete_scenario(_context: click.Context, _argument: click.Parameter, typed: str) -> list[CompletionItem]:
@@ -125,12 +132,7 @@ def file_option(help_text: str) -> Callable[[Callable[..., Any]], Callable[..., 
 def refuse_without(needed: str, *names: str) -> None:
     """Refuse options of the verb that runs, which are given without what they go with, and so would have no effect.
 
-    Args:
-        needed: What they go with, such as `--live`.
-        names: Their names, as the verb takes them.
-
-    Raises:
-        click.UsageError: one of them is given.
+    `needed`: what they go with, such as `--live`. Raises click.UsageError if one of them is given.
     """
     context = click.get_current_context()
     for name in names:
@@ -171,11 +173,7 @@ NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)
 
 
 def checked_namespace(namespace: str) -> str:
-    """A namespace without slashes at its ends.
-
-    Raises:
-        ParameterError: it is not a ROS namespace.
-    """
+    """A namespace without slashes at its ends. Raises ParameterError if it is not a ROS namespace."""
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
         raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
@@ -185,13 +183,8 @@ def checked_namespace(namespace: str) -> str:
 def load_checked(name: str, changes: Mapping[str, object], varied: bool = False) -> Scenario:
     """Load a scenario, and print a warning for each thing in it that is probably not what was meant.
 
-    Args:
-        name: As `load_scenario`.
-        changes: As `load_scenario`.
-        varied: Whether its runs vary further parameters, which may give effect to settings that have none in the scenario.
-
-    Raises:
-        ScenarioError, ParameterError: as `load_scenario`.
+    `varied`: whether its runs vary further parameters, which may give effect to settings that have none in the scenario. Raises
+    ScenarioError, ParameterError as `load_scenario`.
     """
     scenario = load_scenario(name, changes)
     effects = [] if varied else check_effects(scenario, changes)
@@ -203,15 +196,7 @@ def load_checked(name: str, changes: Mapping[str, object], varied: bool = False)
 def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, object]:
     """Parse texts of the form `node.param=value`, with the value in YAML, or `@FILE` for all values of a ROS parameters file.
 
-    Args:
-        option: The command-line option they belong to, for error messages.
-
-    Returns:
-        Values by `node.param`.
-
-    Raises:
-        ParameterError: a text has no equals sign, or its value is not YAML.
-        ScenarioError: a file cannot be read.
+    Raises ParameterError if a text has no equals sign, or its value is not YAML; ScenarioError if a file cannot be read.
     """
     parsed: dict[str, object] = {}
     for change in changes:
@@ -230,3 +215,68 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
         except yaml.YAMLError:
             raise ParameterError(f"{option} {change} is not allowed: {value} is not a YAML value") from None
     return parsed
+
+
+DIFFERENT = 1  # exit code of a run that differs from its row
+
+
+def campaign_row_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options to a verb, which takes them as `campaign` and `row`."""
+    folder = click.option(
+        "--campaign",
+        type=click.Path(path_type=Path),
+        help="Folder of a campaign of which --run selects a run, instead of SCENARIO.",
+    )
+    number = click.option("--run", "row", type=click.IntRange(min=0), metavar="N", help="Number of the run in the campaign.")
+    return folder(number(command))
+
+
+def of_row(scenario: str | None, folder: Path | None, number: int | None, changed: bool) -> "Row | None":
+    """The row that the options select; None where they are not given.
+
+    `changed`: whether other options would change the run. Raises click.UsageError if neither a scenario nor a row is selected,
+    or more than a row; ParameterError, CampaignError as `Row.read`.
+    """
+    if folder is None and number is None:
+        if scenario is None:
+            raise click.UsageError("Missing argument 'SCENARIO'; or give --campaign and --run")
+        return None
+    if folder is None or number is None or scenario is not None or changed:
+        without = "SCENARIO, --set, --real-time and --faults"
+        raise click.UsageError(f"to repeat a run of a campaign give --campaign and --run, without {without}")
+    from vessel_hsmc_ros.campaign.dataset import Row  # imports the libraries of campaigns
+
+    return Row.read(folder, number)
+
+
+def compare_with_row(row: "Row", result: "Result") -> int:
+    """Print whether a run has the metrics of its row; returns the exit code."""
+    if not row.values:
+        print_line(f"row {row.run} of the campaign is not computed yet: nothing to compare with")
+        return result.exit_code
+    differences = row.differences(result.metrics, result.failure)
+    for line in differences:
+        print_error(f"row {row.run}: {line}")
+    if not differences:
+        what = "the run ended early as" if row.values["ended_early"] else "all metrics are bit-identical to those of"
+        print_line(f"{what} row {row.run} of the campaign")
+    return DIFFERENT if differences else 0
+
+
+@contextmanager
+def running_vessel(namespace: str) -> Iterator["Remote"]:
+    """A connection with the nodes in a namespace.
+
+    Raises ParameterError if the namespace is not one of ROS; InstallationError if two installations of ROS would mix; RunError
+    if ROS is not installed.
+    """
+    from vessel_hsmc_ros.nodes.ros_environment import check_ros  # imported here: most verbs need no ROS
+
+    checked = checked_namespace(namespace)
+    check_ros()
+    try:
+        from vessel_hsmc_ros.nodes.remote import Remote
+    except ModuleNotFoundError as error:
+        raise RunError(missing_module(error)) from None
+    with Remote(checked) as remote:
+        yield remote

@@ -31,8 +31,7 @@ def parameters(word: str, as_json: bool) -> None:
 def matching(word: str) -> list[dict[str, Any]]:
     """The parameters in whose full name or meaning a word occurs, whatever its case; all for an empty word.
 
-    Returns:
-        A record for each: name with its node, default, allowed values, meaning, and whether it can be changed at run time.
+    Returns a record for each: name with its node, default, allowed values, meaning, and whether it can be changed at run time.
     """
     found = []
     for node, cls in (NODES | AUXILIARY | WATCHERS).items():

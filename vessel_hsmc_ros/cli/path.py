@@ -10,31 +10,25 @@ import click
 import yaml
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
-Waypoint = tuple[float, float, float]
-"""x, y, heading."""
+Waypoint = tuple[float, float, float]  # x, y, heading
 
 
-COLUMNS = ("x", "y", "z", "heading")
-"""Names of the columns; x and y are needed."""
-
+COLUMNS = ("x", "y", "z", "heading")  # names of the columns; x and y are needed
 FORM = "x and y, and perhaps z and heading, in metres and radians in the frame of the odometry"
 
 
 def read_waypoints(path: Path) -> list[Waypoint]:
     """Read waypoints from a file; those without a heading have the heading 0.
 
-    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start with #
-    are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`.
-
-    Raises:
-        ScenarioError: the file cannot be read, has no waypoint, one that is not of finite numbers, or a column of another name.
+    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start with
+    # are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`. Raises
+    ScenarioError if the file cannot be read, has no waypoint, one that is not of finite numbers, or a column of another name.
     """
     try:
         text = read_text(path)
@@ -73,11 +67,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _names(row: Sequence[str], place: str) -> list[str]:
-    """The names of the columns.
-
-    Raises:
-        ScenarioError: one is of another name, there twice or missing.
-    """
+    """The names of the columns."""
     names = [cell.strip() for cell in row]
     if not {"x", "y"} <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
         raise ScenarioError(f"{place}: columns {', '.join(names)} are not allowed: a path takes {FORM}")

@@ -5,9 +5,8 @@ from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line
+from vessel_hsmc_ros.cli.console import print_line, print_metrics
 from vessel_hsmc_ros.cli.options import file_option, namespace_option, topic_options
-from vessel_hsmc_ros.cli.results import print_metrics
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import DrawnHull
 

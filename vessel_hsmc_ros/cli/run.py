@@ -9,14 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
-from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_failure, print_line, print_result, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
+    campaign_row_options,
     checked_namespace,
+    compare_with_row,
     law_file_option,
     live_options,
     load_checked,
+    of_row,
     optional_scenario_argument,
     parse_changes,
     refuse_without,
@@ -24,9 +26,8 @@ from vessel_hsmc_ros.cli.options import (
     set_option,
     vessel_option,
 )
-from vessel_hsmc_ros.cli.results import print_failure, print_result
 from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.runs.fleet import FleetResult, reserve_namespaces, run_fleet
+from vessel_hsmc_ros.runs.fleet import reserve_namespaces, run_fleet
 from vessel_hsmc_ros.scenario.faults import check_script, load_script
 from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, SPACING, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
@@ -46,8 +47,7 @@ TABLE_METRICS = (
 )
 """Metrics of each vessel in the printed table; run.json and the page have all."""
 
-COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")
-"""Facts of each vessel in the printed table."""
+COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")  # facts of each vessel in the printed table
 
 
 def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -79,15 +79,8 @@ def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spacing: float) -> int:
     """Run a scenario with several vessels and print the result; returns the exit code.
 
-    Args:
-        base: The scenario of the first vessel.
-        output: Where the run folder is created, and whether with a page.
-        namespace: What their namespaces begin with; empty for the default.
-        spacing: Distance in y between two neighbours, m.
-
-    Raises:
-        ParameterError: a vessel would start outside the allowed positions.
-        RunError: ROS is not installed, another run uses a namespace, or files cannot be written.
+    `namespace`: what their namespaces begin with; empty for the default. Raises ParameterError if a vessel would start outside
+    the allowed positions; RunError if ROS is not installed, another run uses a namespace, or files cannot be written.
     """
     fleet = make_fleet(base, count, namespace, spacing)
     check_writable(output.parent)
@@ -99,7 +92,7 @@ def run_vessels(base: Scenario, output: Output, namespace: str, count: int, spac
     return result.exit_code
 
 
-def _print(result: FleetResult) -> None:
+def _print(result: scenario_run.Result) -> None:
     """Print a row for each vessel, how the run failed if it did, and the path of its files."""
     if result.records:
         from vessel_hsmc_ros.report.tables import FACTS, METRICS, quantities  # imports the report's libraries

@@ -3,8 +3,7 @@
 import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_status
-from vessel_hsmc_ros.cli.options import parse_changes, vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import parse_changes, running_vessel, vessel_option
 
 
 @click.command("set")

@@ -5,19 +5,20 @@ from pathlib import Path
 
 import click
 
-from vessel_hsmc_ros.cli.campaign_row import campaign_row_options, compare_with_row, of_row
-from vessel_hsmc_ros.cli.console import print_warning, progress_bar
+from vessel_hsmc_ros.cli.console import print_result, print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
     Output,
+    campaign_row_options,
+    compare_with_row,
     interpreted_option,
     law_file_option,
     load_checked,
+    of_row,
     optional_scenario_argument,
     parse_changes,
     run_output_options,
     set_option,
 )
-from vessel_hsmc_ros.cli.results import print_result
 from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 from vessel_hsmc_ros.scenario.warnings import check_goals

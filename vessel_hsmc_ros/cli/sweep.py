@@ -22,8 +22,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 DEFAULT_METRICS = ("position_error_rms_last_quarter", "yaw_moment_rms")
 
-MAX_TABLE_ROWS = 60
-"""Largest number of runs that are printed in a table; those of a larger sweep are in its page and its files."""
+MAX_TABLE_ROWS = 60  # largest number of runs that are printed in a table; those of a larger sweep are in its page and its files
 
 
 @click.command()

@@ -97,11 +97,7 @@ def tune(
 
 
 def _folder(output: Path | None, name: str) -> Path:
-    """The folder of a tuning: the given one, which may exist, or a new one.
-
-    Raises:
-        RunError: it cannot be created.
-    """
+    """The folder of a tuning: the given one, which may exist, or a new one."""
     if output is None:
         check_writable(Path("runs"))
         return make_run_folder(Path("runs"), name).path

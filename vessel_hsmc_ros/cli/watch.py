@@ -13,8 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from vessel_hsmc_ros.cli.console import print_line
-from vessel_hsmc_ros.cli.options import json_option, print_json, vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import json_option, print_json, running_vessel, vessel_option
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.quantities import quantity
 

@@ -12,7 +12,6 @@ from vessel_hsmc_ros.identification import regression
 from vessel_hsmc_ros.identification.measurements import checked, few_reversals
 from vessel_hsmc_ros.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.identification.regression import natural_scale, regress, regress_currents, through_water, unexcited
-from vessel_hsmc_ros.identification.smoothing import Smoothed, smooth
 from vessel_hsmc_ros.identification.types import (
     DELAY,
     GAINS,
@@ -29,17 +28,14 @@ from vessel_hsmc_ros.identification.types import (
     currents,
     unknowns,
 )
-from vessel_hsmc_ros.identification.windows import WINDOW, predict, unrolled, windows
+from vessel_hsmc_ros.identification.windows import WINDOW, Smoothed, predict, smooth, unrolled, windows
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
-UNEXPLAINED = 1.3
-"""Residuals from which on a warning is given, in units of the noise of the sensors."""
+UNEXPLAINED = 1.3  # residuals from which on a warning is given, in units of the noise of the sensors
 COLUMNS = ("x", "y", "heading", "surge velocity", "sway velocity", "yaw rate")
 
 
-Progress = Callable[[str, float], None]
-"""Called with what is being done and how much of it is done, 0 to 1."""
-
+Progress = Callable[[str, float], None]  # called with what is being done and how much of it is done, 0 to 1
 NEVER_HELD = (*POSITIVE, *GAINS, *OFFSETS)
 STABLE = (*PAPER, *GAINS, *OFFSETS)
 LENGTHS = (1 / 16, 1 / 4, 1.0)
@@ -47,31 +43,21 @@ LENGTHS = (1 / 16, 1 / 4, 1.0)
 LARGEST_TURN = 0.5
 """Windows are shortened until the uncertainty of their initial state turns the ship by less, rad: on a hull that does not keep
 its course, small errors become large ones, and residuals have many minima."""
-HALVED = 3
-"""How often at most."""
-SPREAD = 3.0
-"""Standard deviation of the initial states of windows around the smoothed ones, in units of the smoother's error."""
+HALVED = 3  # how often at most
+SPREAD = 3.0  # standard deviation of the initial states of windows around the smoothed ones, in units of the smoother's error
 EARLIEST = 0.5
 """By how much the wrench acts before its samples at most, in intervals: half of one if it is sampled while it changes, nothing if
 it is held. Not after them: a lag of the actuators is not the timing of a logger."""
-PERFECT = 1e-6
-"""Noise of a perfect sensor, relative to the range of the motion: its rounding."""
+PERFECT = 1e-6  # noise of a perfect sensor, relative to the range of the motion: its rounding
 
 
 class Fit(NamedTuple):
-    """The end of the refinements.
+    """The end of the refinements."""
 
-    Attributes:
-        full: The residuals as a function of all parameters that have an effect of their own.
-        shooting: The same of those that the runs determine.
-        vector: Their estimates, (p,).
-        held: The reasons for the others, by name.
-    """
-
-    full: Shooting
-    shooting: Shooting
-    vector: Array
-    held: dict[str, str]
+    full: Shooting  # the residuals as a function of all parameters that have an effect of their own
+    shooting: Shooting  # the same of those that the runs determine
+    vector: Array  # their estimates, (p,)
+    held: dict[str, str]  # the reasons for the others, by name
 
 
 def identify(
@@ -83,13 +69,8 @@ def identify(
 ) -> Identified:
     """Estimate hull parameters from recorded runs.
 
-    Args:
-        start: Values of the parameters that are not estimated; None for zero.
-        window: Length of the windows of output-error refinement and of prediction, s.
-        progress: Called as the work goes on.
-
-    Raises:
-        IdentificationError: the runs are too short, not excited, or not those of a ship.
+    `start`: values of the parameters that are not estimated; None for zero. `window`: length of the windows of output-error
+    refinement and of prediction, s. Raises IdentificationError if the runs are too short, not excited, or not those of a ship.
     """
     given = [checked(run, window) for run in runs]
     if not given:
@@ -308,22 +289,16 @@ def covariance(fit: Fit) -> Array:
     return matrix[np.ix_(chosen, chosen)]
 
 
-ROUGH = 1e-4
-"""Tolerance of refinements that are followed by others."""
-MOST_RISE = 9.0
-"""Largest rise of the sum of squares by a parameter that is held: as of a deviation of three standard errors."""
+ROUGH = 1e-4  # tolerance of refinements that are followed by others
+MOST_RISE = 9.0  # largest rise of the sum of squares by a parameter that is held: as of a deviation of three standard errors
 
 
 def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple[Shooting, Array, dict[str, str]]:
     """Hold each parameter whose standard error exceeds its value at its start value, or zero: the least certain first.
 
-    Args:
-        shooting: The residuals as a function of all parameters.
-        vector: Their estimates, (p,).
-        needed: Names of those that are never held.
-
-    Returns:
-        The residuals as a function of the remaining parameters, their estimates, and the reasons for the others by name.
+    `shooting`: the residuals as a function of all parameters. `vector`: their estimates, (p,). `needed`: names of those that
+    are never held. Returns the residuals as a function of the remaining parameters, their estimates, and the reasons for the
+    others by name.
     """
     found: dict[str, str] = {}
     refused = set(needed)
@@ -352,10 +327,8 @@ def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple
 def holding(shooting: Shooting, vector: Array, jacobian: Array, held: Mapping[str, str]) -> tuple[Shooting, Array]:
     """The residuals with some parameters held at their start values, or zero, and the estimates of the others, moved along.
 
-    Args:
-        shooting, vector: The residuals, and the estimates of their parameters, (p,).
-        jacobian: Derivatives of the residuals, (w, k + 1, 6, p).
-        held: What is to be held, by name.
+    `shooting`, `vector`: the residuals, and the estimates of their parameters, (p,). `jacobian`: derivatives of the residuals,
+    (w, k + 1, 6, p). `held`: what is to be held, by name.
     """
     names, fixed = shooting.unknowns.names, shooting.unknowns.fixed
     stays = np.array([name not in held for name in names])

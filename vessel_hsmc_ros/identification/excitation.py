@@ -24,31 +24,21 @@ from vessel_hsmc_ros.scenario.ship_rules import Scale
 RATES, SAMPLES = (5.0, 10.0, 20.0, 50.0), 30.0
 """Rates of the messages, Hz; the first one is taken that gives this many samples in T."""
 
-SHORTEST = 0.5
-"""Shortest unit of time, s: people and actuators cannot step an input faster."""
-
-SPEEDS = (0.3, 0.6, 1.0)
-"""Surge forces of the speed steps as shares of F."""
-
+SHORTEST = 0.5  # shortest unit of time, s: people and actuators cannot step an input faster
+SPEEDS = (0.3, 0.6, 1.0)  # surge forces of the speed steps as shares of F
 ZIGZAG_SPEEDS = (0.4, 0.9)
 
-SPIRAL = (1.0, 0.6, 0.3, -0.3, -0.6, -1.0)
-"""Yaw moments of the spiral as shares of N."""
+SPIRAL = (1.0, 0.6, 0.3, -0.3, -0.6, -1.0)  # yaw moments of the spiral as shares of N
 
 
 class Step(NamedTuple):
-    """Inputs that are held for a time.
+    """Inputs that are held for a time."""
 
-    Attributes:
-        manoeuvre: The manoeuvre to which the step belongs.
-        surge, yaw: Surge force and yaw moment as shares of F and N.
-        duration: s.
-    """
-
-    manoeuvre: str
+    manoeuvre: str  # the manoeuvre to which the step belongs
+    # surge, yaw: surge force and yaw moment as shares of F and N
     surge: float
     yaw: float
-    duration: float
+    duration: float  # s
 
 
 def excitation(scale: Scale) -> list[Step]:
@@ -85,16 +75,7 @@ def starts(steps: Sequence[Step]) -> list[float]:
 
 
 def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Sequence[Step]) -> str:
-    """Write the scenario that commands the manoeuvres.
-
-    Args:
-        name, about: Name of the scenario, and of which ship, for the headline.
-        vessel: The section `vessel` of the file, indented.
-        scale: The units of the ship.
-
-    Returns:
-        A commented ROS parameters file.
-    """
+    """Write the scenario that commands the manoeuvres."""
     times = starts(steps)
     path = share_directory() / "config" / "templates" / "excite.yaml"
     return Template(path.read_text(encoding="utf-8")).substitute(

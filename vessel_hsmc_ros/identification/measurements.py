@@ -1,4 +1,8 @@
-"""Measurements from runs, bags and CSV files, checked before they are used."""
+"""Measurements from runs, bags and CSV files, checked before they are used, by the rules of `vessel-hsmc check` too.
+
+The equations of motion take times, frames and signs for granted. Data that contradict them give wrong hull data, or a motion that
+diverges, and no residual shows the cause.
+"""
 
 import csv
 import io
@@ -17,24 +21,20 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.identification.soundness import judged
 from vessel_hsmc_ros.identification.types import Measurements
 from vessel_hsmc_ros.identification.windows import require_rate
-from vessel_hsmc_ros.safety.connection import Topic
+from vessel_hsmc_ros.safety.connection import WRONG, Connection, Role, Topic
+from vessel_hsmc_ros.safety.motion_rules import judge_motion
+from vessel_hsmc_ros.safety.sign_rules import judge_signs
 from vessel_hsmc_ros.safety.stamp_rules import clocks_differ, set_back, unusable
 from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_bytes
 
-FEWEST = 50
-"""Samples that a run needs at least."""
+FEWEST = 50  # samples that a run needs at least
 CLOCK_OFFSET = 0.5
 """By how much odometry and wrench may be of unlike age at receipt, s: the default time-out of the controller's inputs."""
-DIFFERING = 0.01
-"""Share of messages with the stamp of another one and another motion up to which the first of them counts."""
-LONGEST_GAP = 5.0
-"""Largest interval between samples, in units of the median one."""
-
-OTHERWISE = 0.25
-"""A force has reversed when it has come from this share of its range at one end to that at the other one."""
+DIFFERING = 0.01  # share of messages with the stamp of another one and another motion up to which the first of them counts
+LONGEST_GAP = 5.0  # largest interval between samples, in units of the median one
+OTHERWISE = 0.25  # a force has reversed when it has come from this share of its range at one end to that at the other one
 EXCITED_BY = {
     "surge_inertia": (0, "surge force", 2, "sail speed steps with coasting or astern in between"),
     "sway_inertia": (2, "yaw moment", 4, "sail zig-zags to both sides, at two speeds"),
@@ -47,12 +47,8 @@ timing of the wrench, and what to sail."""
 def checked(run: Measurements, window: float = 0.0) -> Measurements:
     """The run itself, if it can be used.
 
-    Args:
-        run: What was measured.
-        window: Its shortest duration, s.
-
-    Raises:
-        IdentificationError: too few samples, times that do not increase, gaps, or numbers that are not finite.
+    `window`: its shortest duration, s. Raises IdentificationError for too few samples, times that do not increase, gaps, or
+    numbers that are not finite.
     """
     if len(run.time) < FEWEST:
         raise IdentificationError(f"{run.name} has {len(run.time)} samples: at least {FEWEST} are needed")
@@ -88,11 +84,7 @@ def reversals(force: Array) -> int:
 
 
 def few_reversals(runs: Sequence[Measurements], names: Collection[str]) -> list[str]:
-    """A sentence about each estimated inertia behind which there are too few reversals, and what to sail.
-
-    Args:
-        runs: What was measured.
-    """
+    """A sentence about each estimated inertia behind which there are too few reversals, and what to sail."""
     found = []
     for name, (column, force, needed, remedy) in EXCITED_BY.items():
         sway = name == "sway_inertia" and any(np.any(run.wrench[:, 1]) for run in runs)
@@ -111,20 +103,13 @@ HEADINGS = ("heading", "heading_deg")
 VELOCITIES = ("u", "v", "r")
 WRENCH = ("surge_force", "sway_force", "yaw_moment")
 WRENCH_TOPICS = ("applied_wrench", "cmd_wrench")
-MOST_NUMBERS = 1 << 24
-"""Numbers in a table: two million rows of eight columns."""
-LONGEST_LINE = 1 << 20
-"""Characters of a row."""
-HELD = 0.2
-"""Share of unchanged positions from which on a sensor is taken to repeat its samples."""
+MOST_NUMBERS = 1 << 24  # numbers in a table: two million rows of eight columns
+LONGEST_LINE = 1 << 20  # characters of a row
+HELD = 0.2  # share of unchanged positions from which on a sensor is taken to repeat its samples
 
 
 def from_run(run: Run, name: str = "run") -> Measurements:
-    """The measured motion and the applied wrench of a run.
-
-    Raises:
-        IdentificationError: the samples do not serve.
-    """
+    """The measured motion and the applied wrench of a run. Raises IdentificationError if the samples do not serve."""
     wrench = run.wrench if run.wrench.shape[1] == len(WRENCH) else np.insert(run.wrench, 1, 0.0, axis=1)
     return _measurements(run.time, run.measured, wrench, name)
 
@@ -132,14 +117,8 @@ def from_run(run: Run, name: str = "run") -> Measurements:
 def from_bag(path: Path | str, namespace: str | None = None, odometry: str = "", wrench: str = "") -> Measurements:
     """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps.
 
-    Args:
-        path: A bag or a run folder.
-        namespace: Of the vessel, where the bag has several.
-        odometry, wrench: Topics of them, where they are not found by name or type.
-
-    Raises:
-        BagError: the bag cannot be read, or has no such vessel.
-        IdentificationError: there is no wrench, or the samples do not serve.
+    Raises BagError if the bag cannot be read, or has no such vessel; IdentificationError if there is no wrench, or the samples
+    do not serve.
     """
     bag = open_bag(path, odometry, wrench)
     prefix = bag.namespace(namespace)
@@ -173,11 +152,7 @@ def _wrench_of(bag: Bag, prefix: str) -> Series:
 
 
 def _require_stamps(bag: Bag, *topics: Series) -> None:
-    """Check that stamps are filled in, of clocks that have not been set, and of the same clock.
-
-    Raises:
-        IdentificationError: they are not.
-    """
+    """Check that stamps are filled in, of clocks that have not been set, and of the same clock."""
     shown = [Topic(s.name, received=seconds_of(s.log_time), columns={"stamp": seconds_of(s.stamp)}) for s in topics]
     for series, topic in zip(topics, shown, strict=True):
         if reason := unusable(topic):
@@ -190,11 +165,7 @@ def _require_stamps(bag: Bag, *topics: Series) -> None:
 
 
 def _require_one_motion(odometry: Series, motion: Array) -> None:
-    """Check that messages of one stamp have the same motion: repeated messages count once, and others have no time.
-
-    Raises:
-        IdentificationError: more than a few have not.
-    """
+    """Check that messages of one stamp have the same motion: repeated messages count once, and others have no time."""
     order = np.argsort(odometry.stamp, kind="stable")
     same = np.diff(odometry.stamp[order]) == 0
     differing = same & (np.diff(motion[order], axis=0) != 0.0).any(axis=1)
@@ -207,13 +178,8 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     """A CSV file with columns for time, pose and wrench, and optionally for the velocities.
 
     The columns are time, x, y, heading or heading_deg; u, v, r where measured; surge_force, sway_force, yaw_moment, else zero.
-
-    Args:
-        path: The file; its first row has the names.
-        columns: The file's name of each of these columns, where it differs.
-
-    Raises:
-        IdentificationError: a column is missing, or the samples do not serve.
+    `columns`: the file's name of each of these columns, where it differs. Raises IdentificationError if a column is missing, or
+    the samples do not serve.
     """
     table, named = _table(Path(path)), dict(columns or {})
     known = (*NEEDED, *HEADINGS, *VELOCITIES, *WRENCH)
@@ -287,3 +253,45 @@ def _fresh(run: Measurements) -> Measurements:
     impulse = np.add.reduceat(run.wrench, rows, axis=0)
     counts = np.diff(np.append(rows, len(run.time)))[:, None]
     return run._replace(time=run.time[rows], pose=run.pose[rows], velocity=run.velocity[rows], wrench=impulse / counts)
+
+
+STATE, COMMAND = Role("odometry", "odometry", (), True), Role("command", "wrench", (), False)
+
+
+def judged(run: Measurements) -> Measurements:
+    """The run itself, if its velocities, headings and positions agree; with what else is doubtful as its `doubts`.
+
+    A jump of the positions leaves the estimates as they are, and signs are a conclusion from few manoeuvres: both are doubts.
+    Raises IdentificationError if the motion contradicts itself, as one of another frame or unit.
+    """
+    run = _filled_in(run)
+    connection = _connection(run)
+    # Without measured velocities nothing can contradict the positions.
+    findings = [*judge_motion(connection)] if np.isfinite(run.velocity).all() else []
+    wrong = [finding for finding in findings if finding.level == WRONG]
+    jumps = [finding for finding in wrong if "jump" in finding.text]
+    if contradictions := [finding for finding in wrong if finding not in jumps]:
+        about, text = contradictions[0][1:]
+        raise IdentificationError(f"{run.name}: {about}: {text}")
+    signs = [finding for finding in judge_signs(connection) if finding.level == WRONG] if len(findings) else []
+    return run._replace(doubts=(*run.doubts, *(f"{about}: {text}" for _, about, text in (*jumps, *signs))))
+
+
+def _filled_in(run: Measurements) -> Measurements:
+    """The run without velocities that are zero throughout although the ship moves: their publisher does not fill them in."""
+    if run.velocity.any() or not np.ptp(run.pose[:, :2], axis=0).any():
+        return run
+    doubt = "the velocities are 0 in all samples although the ship moves: those of the positions are taken"
+    return run._replace(velocity=np.full_like(run.velocity, np.nan), doubts=(*run.doubts, doubt))
+
+
+def _connection(run: Measurements) -> Connection:
+    """Motion and wrench of a run, as the rules judge them."""
+    columns = dict(zip(("x", "y", "psi", "u", "v", "r"), np.hstack([run.pose, run.velocity]).T, strict=True))
+    forces = {"force": run.wrench[:, 0], "moment": run.wrench[:, 2]}
+    topics = {STATE.topic: _topic(STATE, run.time, columns), COMMAND.topic: _topic(COMMAND, run.time, forces)}
+    return Connection((STATE, COMMAND), topics, is_live=False)
+
+
+def _topic(role: Role, time: Array, columns: dict[str, Array]) -> Topic:
+    return Topic(role.topic, received=time, columns=columns)

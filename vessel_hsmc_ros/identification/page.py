@@ -30,19 +30,12 @@ PARAMETERS_HEAD = ["parameter", "estimate", "standard error", "relative", "unit"
 
 
 class HeldOut(NamedTuple):
-    """A run that the identification has not used.
-
-    Attributes:
-        run: The run.
-        prediction: With the identified parameters.
-        before: With the start vessel; None without one.
-        load: The steady force or current that fits the run best.
-    """
+    """A run that the identification has not used."""
 
     run: Measurements
-    prediction: Prediction
-    before: Prediction | None
-    load: SteadyLoad
+    prediction: Prediction  # with the identified parameters
+    before: Prediction | None  # with the start vessel; None without one
+    load: SteadyLoad  # the steady force or current that fits the run best
 
 
 UNUSUAL = 2.0
@@ -56,12 +49,7 @@ def explanations(found: Identified, held_out: Sequence[HeldOut]) -> list[str]:
 
 
 def render(name: str, runs: Sequence[Measurements], found: Identified, held_out: Sequence[HeldOut]) -> str:
-    """The page, with everything in it.
-
-    Args:
-        runs: The runs that the identification has used.
-        held_out: Runs that it has not used.
-    """
+    """The page, with everything in it."""
     sections = [
         Section(ERRORS_TITLE, WINDOWS_TEXT, head=ERRORS_HEAD, lines=errors_table(runs, found, held_out)),
         Section("Parameters", head=PARAMETERS_HEAD, lines=parameters_table(found), prose=True),
@@ -143,8 +131,7 @@ def _about(runs: Sequence[Measurements], found: Identified) -> str:
 COLUMNS = (("surge velocity", "m/s", 1.0), ("sway velocity", "m/s", 1.0), ("yaw rate", "°/s", 180.0 / np.pi))
 STATES = (("x", "m", 1.0), ("y", "m", 1.0), ("heading", "°", 180.0 / np.pi), *COLUMNS)
 
-MAX_POINTS = 4000
-"""Largest number of points of a drawn line."""
+MAX_POINTS = 4000  # largest number of points of a drawn line
 
 
 def prediction_picture(prediction: Prediction) -> bytes:
@@ -184,8 +171,7 @@ def _lines(panel: "Axes", x: Array, y: Array, simulated_x: Array, simulated_y: A
 def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
     """Residuals of all measured states over time, one run after the other, with twice their standard deviation, as PNG.
 
-    Args:
-        times: Time of each run, (n,), s.
+    `times`: time of each run, (n,), s.
     """
 
     def draw(picture: Any) -> None:
@@ -232,9 +218,7 @@ def _png(draw: Any, size: tuple[float, float]) -> bytes:
     return content.getvalue()
 
 
-LIMITS = {"surge_force_limit": 0, "yaw_moment_limit": 2}
-"""Limits of the propulsion with their columns of the wrench."""
-
+LIMITS = {"surge_force_limit": 0, "yaw_moment_limit": 2}  # limits of the propulsion with their columns of the wrench
 PREFIX = "vessel."
 
 
@@ -243,13 +227,9 @@ def vessel_text(
 ) -> str:
     """Write a vessel file in the format of the library.
 
-    Args:
-        runs: The runs that it has used.
-        known: What is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
-        errors: Root mean square prediction errors on held-out runs, with their units; empty without.
-
-    Raises:
-        ParameterError: length or beam is not known.
+    `known`: what is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
+    `errors`: root mean square prediction errors on held-out runs, with their units; empty without. Raises ParameterError if
+    length or beam is not known.
     """
     check_known(known)
     largest = {key: float(np.nanmax(np.abs(np.concatenate([run.wrench[:, i] for run in runs])))) for key, i in LIMITS.items()}
@@ -271,11 +251,7 @@ def vessel_text(
 
 
 def check_known(known: Mapping[str, object]) -> None:
-    """Check that what is known of a ship suffices for a vessel file.
-
-    Raises:
-        ParameterError: length or beam is not known.
-    """
+    """Check that what is known of a ship suffices for a vessel file. Raises ParameterError if length or beam is not known."""
     for needed in ("length", "beam"):
         if needed not in known:
             raise ParameterError(f"the {needed} of the ship is not known: it takes --vessel START, or --{needed}")
@@ -287,12 +263,7 @@ def is_identified(path: Path) -> bool:
 
 
 def known_of(values: Mapping[str, object], estimated: Mapping[str, float]) -> dict[str, object]:
-    """What a start vessel states beyond the estimates, nested as in a vessel file.
-
-    Args:
-        values: Its values by their dotted names in a scenario, `vessel.length`.
-        estimated: Hull parameters that come from the identification instead.
-    """
+    """What a start vessel states beyond the estimates, nested as in a vessel file."""
     replaced = {*estimated, "surge_speed_range", "sway_speed_range", "yaw_rate_range", "name"}
     own = {name.removeprefix(PREFIX): value for name, value in values.items() if name.startswith(PREFIX)}
     return tree({name: value for name, value in own.items() if name not in replaced})

@@ -17,43 +17,26 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.identification.types import GAINS, NOT_NEGATIVE, POSITIVE, Unknowns, currents, inputs, vessel
 from vessel_hsmc_ros.identification.windows import Windows, simulated
 
-DIFFERENCE = 1e-5
-"""Relative step of the finite differences."""
-DIVERGED = 1e9
-"""Residuals from which on the motion is taken to diverge, in standard deviations of the noise."""
-MAX_DERIVATIVE = 1e100
-"""Largest derivative: the squares of larger ones, where the motion nearly diverges, overflow."""
-INNER = 2
-"""Gauss-Newton steps for the initial states."""
-MAX_EVALUATIONS = 40
-"""Largest number of evaluations of one refinement."""
-HEAVIER, ATTEMPTS = 4.0, 12
-"""Factor on the inertia where a start makes the motion diverge, and how often it is applied."""
-UNSCALED_PARAMETERS = (*NOT_NEGATIVE, *GAINS)
-"""What such a start keeps: it takes energy from the ship, or is a factor."""
+DIFFERENCE = 1e-5  # relative step of the finite differences
+DIVERGED = 1e9  # residuals from which on the motion is taken to diverge, in standard deviations of the noise
+MAX_DERIVATIVE = 1e100  # largest derivative: the squares of larger ones, where the motion nearly diverges, overflow
+INNER = 2  # gauss-Newton steps for the initial states
+MAX_EVALUATIONS = 40  # largest number of evaluations of one refinement
+HEAVIER, ATTEMPTS = 4.0, 12  # factor on the inertia where a start makes the motion diverge, and how often it is applied
+UNSCALED_PARAMETERS = (*NOT_NEGATIVE, *GAINS)  # what such a start keeps: it takes energy from the ship, or is a factor
 
 
 @dataclass
 class Shooting:
-    """The residuals of all windows as a function of the parameters.
-
-    Attributes:
-        unknowns: What is estimated.
-        cut: The windows.
-        length: Their length, s.
-        around: Initial states of the windows by the smoother, (w, 6).
-        spread: How far the initial states may be from these: their standard deviation by column, (6,).
-        noise: Standard deviation of each column of the measurements, (6,).
-        scale: A change of each parameter that matters, (p,), for finite differences.
-    """
+    """The residuals of all windows as a function of the parameters."""
 
     unknowns: Unknowns
     cut: Windows
-    length: float
-    around: Array
-    spread: Array
-    noise: Array
-    scale: Array
+    length: float  # their length, s
+    around: Array  # initial states of the windows by the smoother, (w, 6)
+    spread: Array  # how far the initial states may be from these: their standard deviation by column, (6,)
+    noise: Array  # standard deviation of each column of the measurements, (6,)
+    scale: Array  # a change of each parameter that matters, (p,), for finite differences
 
     def __post_init__(self) -> None:
         self.starts = self.around
@@ -69,8 +52,7 @@ class Shooting:
     def residuals(self, vector: Array) -> Array:
         """Weighted residuals of the measurements and of the initial states, with the best initial states.
 
-        Returns:
-            Shape (w, k + 1, 6), zero where not measured; the initial states are last. All NaN where the motion diverges.
+        Returns shape (w, k + 1, 6), zero where not measured; the initial states are last. All NaN where the motion diverges.
         """
         starts = self.around
         try:
@@ -142,17 +124,8 @@ def _derivatives(parts: Sequence[Array]) -> Array:
 def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, tolerance: float = 1e-7) -> Array:
     """Minimise the weighted residuals within the bounds, from a start.
 
-    Args:
-        shooting: The residuals; its initial states are the best ones afterwards.
-        start: Parameters, (p,).
-        progress: Called with the number of each iteration.
-        tolerance: Relative change of the sum of squares at which it ends.
-
-    Returns:
-        Parameters, (p,).
-
-    Raises:
-        IdentificationError: the motion diverges, whatever the start.
+    `shooting`: the residuals; its initial states are the best ones afterwards. `tolerance`: relative change of the sum of
+    squares at which it ends. Raises IdentificationError if the motion diverges, whatever the start.
     """
     low, high = shooting.unknowns.bounds()
     # Of bounds that are close together, like those of the delay, never more than a part of their distance.
@@ -182,9 +155,6 @@ def _finite(shooting: Shooting, start: Array) -> Array:
     """A start from which no simulated motion diverges: the given one, or one with more inertia and less coupling.
 
     Without coupling the energy of a ship does not grow, and the heavier it is the longer it keeps its velocity.
-
-    Raises:
-        IdentificationError: there is none.
     """
     names = shooting.unknowns.names
     factors = np.array([HEAVIER if name in POSITIVE else 1.0 if name in UNSCALED_PARAMETERS else 1.0 / HEAVIER for name in names])

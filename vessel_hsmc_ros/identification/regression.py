@@ -18,7 +18,6 @@ from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares, lsq_linear
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.smoothing import Smoothed, in_body_frame
 from vessel_hsmc_ros.identification.types import (
     DELAY,
     GAINS,
@@ -30,28 +29,20 @@ from vessel_hsmc_ros.identification.types import (
     current_names,
     vessel,
 )
-from vessel_hsmc_ros.identification.windows import Windows
+from vessel_hsmc_ros.identification.windows import Smoothed, Windows, in_body_frame
 from vessel_hsmc_ros.plant.dynamics import damping_force
 
-AVERAGED = 4.0
-"""Length over which both sides are averaged, in bandwidths of the smoother."""
-MIN_FORCE_SHARE = 1e-3
-"""Share of the larger force below which an equation has no input."""
-MAX_EVALUATIONS = 10
-"""Largest number of regressions for the start of the currents, without those of finite differences."""
-
-SHOWN_BY = 0.12
-"""Share of the sum of squares left without them that currents must explain: others follow faults of the model."""
-
+AVERAGED = 4.0  # length over which both sides are averaged, in bandwidths of the smoother
+MIN_FORCE_SHARE = 1e-3  # share of the larger force below which an equation has no input
+MAX_EVALUATIONS = 10  # largest number of regressions for the start of the currents, without those of finite differences
+SHOWN_BY = 0.12  # share of the sum of squares left without them that currents must explain: others follow faults of the model
 UNIT_INERTIA = dict.fromkeys(POSITIVE, 1.0)
 
 
 def regressors(name: str, velocity: Array, acceleration: Array) -> Array:
     """The wrench that the unit value of a hull parameter takes from the ship, (n, 3).
 
-    Args:
-        velocity: u, v, r, (n, 3).
-        acceleration: du, dv, dr, (n, 3).
+    `velocity`: u, v, r, (n, 3). `acceleration`: du, dv, dr, (n, 3).
     """
     (u, v, r), (du, dv, dr), zero = velocity.T, acceleration.T, np.zeros(len(velocity))
     inertia = {
@@ -110,8 +101,7 @@ def regress_currents(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoo
 def through_water(runs: Sequence[tuple[Measurements, Smoothed]], currents: Array) -> list[tuple[Measurements, Smoothed]]:
     """The runs with their velocities through the water: nu - R(psi)ᵀ·current, in whose frame the current turns at -r.
 
-    Args:
-        currents: Of each run along x and y, (runs, 2).
+    `currents`: of each run along x and y, (runs, 2).
     """
     found = []
     for (run, smoothed), current in zip(runs, currents, strict=True):
@@ -150,8 +140,7 @@ def _solved(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]]) -
 def averaged(values: Array, run: Measurements, smoothed: Smoothed) -> Array:
     """Moving averages over `AVERAGED` bandwidths of the smoother, without those that reach beyond the run.
 
-    Args:
-        values: One for each sample, (n, ...).
+    `values`: one for each sample, (n, ...).
     """
     samples = round(AVERAGED * smoothed.bandwidth / float(np.median(np.diff(run.time))))
     samples = min(samples, len(values) // 4)
@@ -198,8 +187,7 @@ def unexcited(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoothed]])
 
 LASTING, BRIEF = 0.5, (0.02, 0.1)
 """Longest lags of the residuals' autocorrelation, and of their products with the derivatives, as shares of a window."""
-STRONG = 0.98
-"""Correlation from which on two parameters are reported."""
+STRONG = 0.98  # correlation from which on two parameters are reported
 INDISTINGUISHABLE = 1e-6
 """Relative norm of what is left of a parameter's effect when the others have explained it, below which it is not estimated."""
 
@@ -207,9 +195,8 @@ INDISTINGUISHABLE = 1e-6
 def covariance(cut: Windows, residuals: Array, jacobian: Array) -> Array:
     """Covariance of the errors of the estimates, (p, p).
 
-    Args:
-        residuals: Weighted residuals, (w, k + 1, 6), as `Shooting.residuals` gives them.
-        jacobian: Their derivatives without what initial states explain, (w, k + 1, 6, p).
+    `residuals`: weighted residuals, (w, k + 1, 6), as `Shooting.residuals` gives them. `jacobian`: their derivatives without
+    what initial states explain, (w, k + 1, 6, p).
     """
     rows = jacobian.reshape(-1, jacobian.shape[-1])
     measured = np.isfinite(cut.measured)
@@ -264,9 +251,7 @@ def correlations(matrix: Array) -> Array:
 def indistinguishable(names: Sequence[str], jacobian: Array, scale: Array) -> dict[str, str]:
     """Names of parameters without an effect of their own on the motion, with the reason.
 
-    Args:
-        jacobian: Derivatives of the residuals by them, (n + w, 6, p).
-        scale: A change of each that matters, (p,).
+    `jacobian`: derivatives of the residuals by them, (n + w, 6, p). `scale`: a change of each that matters, (p,).
     """
     rows: Array = np.linalg.qr(jacobian.reshape(-1, len(names)) * scale).R
     norms = np.linalg.norm(rows, axis=0)
@@ -289,10 +274,7 @@ def indistinguishable(names: Sequence[str], jacobian: Array, scale: Array) -> di
 def least_known(names: Sequence[str], vector: Array, matrix: Array, needed: Collection[str]) -> tuple[str, str]:
     """Name of the parameter whose standard error exceeds its value by most, and that as the reason; empty texts for none.
 
-    Args:
-        vector: Their estimates, (p,).
-        matrix: Covariance of their errors, (p, p).
-        needed: Names of those that do not count.
+    `vector`: their estimates, (p,). `matrix`: covariance of their errors, (p, p). `needed`: names of those that do not count.
     """
     errors, sizes = np.sqrt(np.maximum(np.diag(matrix), 0.0)), np.maximum(np.abs(vector), 1e-300)
     candidates = [index for index, name in enumerate(names) if name not in needed]

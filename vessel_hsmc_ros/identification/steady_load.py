@@ -18,28 +18,19 @@ from vessel_hsmc_ros.identification.windows import predict
 
 COMPONENTS = ("force_x", "force_y")
 
-PROBE_SHARE = 0.01
-"""Load by which the linearisation is made, as a share of the rms surge force or the rms speed of the run."""
-
-ITERATIONS = 4
-"""Largest number of Gauss-Newton steps: drag is not linear in the current."""
-
-EXPLAINED = 0.5
-"""A load explains a run if it reduces the position error to this share or less."""
+PROBE_SHARE = 0.01  # load by which the linearisation is made, as a share of the rms surge force or the rms speed of the run
+ITERATIONS = 4  # largest number of Gauss-Newton steps: drag is not linear in the current
+EXPLAINED = 0.5  # a load explains a run if it reduces the position error to this share or less
 
 
 class SteadyLoad(NamedTuple):
-    """A steady force or a steady current in the earth frame.
+    """A steady force or a steady current in the earth frame."""
 
-    Attributes:
-        kind: `force` or `current`.
-        x, y: Its components, N or m/s.
-        before, after: Rms position errors of the prediction without and with it, m.
-    """
-
-    kind: str
+    kind: str  # `force` or `current`
+    # x, y: its components, N or m/s
     x: float
     y: float
+    # before, after: rms position errors of the prediction without and with it, m
     before: float
     after: float
 
@@ -66,14 +57,7 @@ def towards(x: float, y: float, unit: str) -> str:
 def steady_load(values: Mapping[str, float], run: Measurements, window: float, inputs: Mapping[str, float]) -> SteadyLoad:
     """Find the steady force or the steady current with which a run is predicted best, whichever predicts it better.
 
-    Args:
-        values: Hull parameters by their names.
-        run: The run, which the values were not estimated from.
-        window: Length of a window, s.
-        inputs: Input gains and offsets that were identified.
-
-    Raises:
-        IdentificationError: the run is shorter than a window.
+    `run`: the run, which the values were not estimated from. Raises IdentificationError if the run is shorter than a window.
     """
 
     def pushed(x: float, y: float) -> Prediction:
@@ -93,13 +77,7 @@ def steady_load(values: Mapping[str, float], run: Measurements, window: float, i
 
 
 def _fitted(kind: str, predicted: Callable[[float, float], Prediction], probe: float, plain: Prediction) -> SteadyLoad:
-    """The load of one kind that predicts best.
-
-    Args:
-        predicted: The prediction by the components of the load.
-        probe: Load of the finite differences.
-        plain: The prediction without a load.
-    """
+    """The load of one kind that predicts best."""
     error = plain.rms()["position"]
     best, there = SteadyLoad(kind, 0.0, 0.0, error, error), plain
     for _ in range(ITERATIONS):

@@ -13,63 +13,39 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters
 
 
 class Measurements(NamedTuple):
-    """One recorded run, sampled at increasing times; `measurements` reads it from runs, bags and CSV files.
+    """One recorded run, sampled at increasing times; `measurements` reads it from runs, bags and CSV files."""
 
-    Attributes:
-        time: (n,), s.
-        pose: x, y and heading, continuous over full turns, (n, 3).
-        velocity: u, v, r in the body frame, over ground, (n, 3); NaN where they are not measured.
-        wrench: Surge force X [N], sway force Y [N] and yaw moment N [N·m] on the hull, each from its sample to the next, (n, 3).
-        name: What to call the run in messages and on pages.
-        doubts: Sentences about what in it may be wrong.
-    """
-
-    time: Array
-    pose: Array
-    velocity: Array
+    time: Array  # (n,), s
+    pose: Array  # x, y and heading, continuous over full turns, (n, 3)
+    velocity: Array  # u, v, r in the body frame, over ground, (n, 3); NaN where they are not measured
+    # surge force X [N], sway force Y [N] and yaw moment N [N·m] on the hull, each from its sample to the next, (n, 3)
     wrench: Array
-    name: str = "run"
-    doubts: tuple[str, ...] = ()
+    name: str = "run"  # what to call the run in messages and on pages
+    doubts: tuple[str, ...] = ()  # sentences about what in it may be wrong
 
 
 @dataclass(frozen=True)
 class Model:
-    """Which numbers are estimated; all others keep their start values.
+    """Which numbers are estimated; all others keep their start values."""
 
-    Attributes:
-        name: `paper`, `coupled`, `linear` or `own`.
-        parameters: Names of hull parameters, as in a vessel's file.
-        inputs: What is estimated beside the hull: `surge_force_gain`, `sway_force_gain`, `yaw_moment_gain` (factors on the
-            recorded wrench), `force_x`, `force_y` (a steady force in the earth frame, N) and `yaw_moment_offset` (N·m).
-    """
-
-    name: str
-    parameters: tuple[str, ...]
+    name: str  # `paper`, `coupled`, `linear` or `own`
+    parameters: tuple[str, ...]  # names of hull parameters, as in a vessel's file
+    # what is estimated beside the hull: `surge_force_gain`, `sway_force_gain`, `yaw_moment_gain` (factors on the recorded
+    # wrench), `force_x`, `force_y` (a steady force in the earth frame, N) and `yaw_moment_offset` (N·m)
     inputs: tuple[str, ...] = ()
 
 
 class Prediction(NamedTuple):
-    """Errors of predictions over windows, each started at the smoothed state of its first sample.
+    """Errors of predictions over windows, each started at the smoothed state of its first sample."""
 
-    Attributes:
-        window: Length of a window, s.
-        starts: Time at which each window starts, (w,), s.
-        position: Root mean square position error of each window, (w,), m.
-        heading: The same of the heading, (w,).
-        velocity: The same of u, v and r, (w, 3), m/s, m/s, rad/s.
-        simulated: The predicted x, y, psi, u, v, r of each sample, (n, 6); NaN outside the windows.
-        measured: The same from the measurements, (n, 6); smoothed velocities where they are not measured.
-        time: (n,), s.
-    """
-
-    window: float
-    starts: Array
-    position: Array
-    heading: Array
-    velocity: Array
-    simulated: Array
-    measured: Array
-    time: Array
+    window: float  # length of a window, s
+    starts: Array  # time at which each window starts, (w,), s
+    position: Array  # root mean square position error of each window, (w,), m
+    heading: Array  # the same of the heading, (w,)
+    velocity: Array  # the same of u, v and r, (w, 3), m/s, m/s, rad/s
+    simulated: Array  # the predicted x, y, psi, u, v, r of each sample, (n, 6); NaN outside the windows
+    measured: Array  # the same from the measurements, (n, 6); smoothed velocities where they are not measured
+    time: Array  # (n,), s
 
     def rms(self) -> dict[str, float]:
         """Root mean square errors over all windows: `position`, `heading`, `surge`, `sway` and `yaw_rate`."""
@@ -78,49 +54,32 @@ class Prediction(NamedTuple):
 
 
 class Current(NamedTuple):
-    """A steady current over ground.
+    """A steady current over ground."""
 
-    Attributes:
-        x, y: Its components, m/s.
-        error: Standard error of its speed, m/s; NaN where the run shows none, and it is zero.
-    """
-
+    # x, y: its components, m/s
     x: float
     y: float
-    error: float
+    error: float  # standard error of its speed, m/s; NaN where the run shows none, and it is zero
 
 
 @dataclass(frozen=True)
 class Identified:
-    """The result of an identification.
+    """The result of an identification."""
 
-    Attributes:
-        model: What was to be estimated.
-        values: Every hull parameter by its name: estimated, or held.
-        inputs: The estimated input gains and offsets by their names.
-        standard_errors: Of the estimated parameters and inputs, in the order of `correlation`.
-        correlation: Of their errors, (p, p).
-        unidentifiable: Names of parameters that the runs do not determine, each with the reason; they are held.
-        warnings: Sentences about the rest: strong correlations, bounds that were reached.
-        residuals: For each run, measured minus simulated x, y, psi, u, v, r, (n, 6); NaN where not measured.
-        noise: Standard deviation of the residuals by column, (6,).
-        predictions: Errors on the data used, one a run.
-        ranges: Smallest and largest u, v, r in the data, (3, 2): where the result is valid.
-        currents: Steady current of each run used.
-    """
-
-    model: Model
-    values: Mapping[str, float]
-    inputs: Mapping[str, float]
-    standard_errors: Mapping[str, float]
-    correlation: Array
+    model: Model  # what was to be estimated
+    values: Mapping[str, float]  # every hull parameter by its name: estimated, or held
+    inputs: Mapping[str, float]  # the estimated input gains and offsets by their names
+    standard_errors: Mapping[str, float]  # of the estimated parameters and inputs, in the order of `correlation`
+    correlation: Array  # of their errors, (p, p)
+    # names of parameters that the runs do not determine, each with the reason; they are held
     unidentifiable: tuple[tuple[str, str], ...]
-    warnings: tuple[str, ...]
-    residuals: tuple[Array, ...]
-    noise: Array
-    predictions: tuple[Prediction, ...]
+    warnings: tuple[str, ...]  # sentences about the rest: strong correlations, bounds that were reached
+    residuals: tuple[Array, ...]  # for each run, measured minus simulated x, y, psi, u, v, r, (n, 6); NaN where not measured
+    noise: Array  # standard deviation of the residuals by column, (6,)
+    predictions: tuple[Prediction, ...]  # errors on the data used, one a run
+    # smallest and largest u, v, r in the data, (3, 2): where the result is valid
     ranges: Array = field(default_factory=lambda: np.zeros((3, 2)))
-    currents: tuple[Current, ...] = ()
+    currents: tuple[Current, ...] = ()  # steady current of each run used
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -170,12 +129,8 @@ DELAY = "wrench_delay"
 def model(names: str | Sequence[str], inputs: Sequence[str] = ()) -> Model:
     """The parameters to estimate, by the name of a model or one by one.
 
-    Args:
-        names: `paper`, `linear`, `coupled`, or names of hull parameters.
-        inputs: Names of input gains and offsets, GAINS and OFFSETS.
-
-    Raises:
-        ParameterError: a name is unknown.
+    `names`: `paper`, `linear`, `coupled`, or names of hull parameters. `inputs`: names of input gains and offsets, GAINS and
+    OFFSETS. Raises ParameterError if a name is unknown.
     """
     given = MODELS.get(names) if isinstance(names, str) else tuple(names)
     if given is None:
@@ -220,24 +175,18 @@ HULL = (
 """All hull parameters of the equations of motion."""
 
 POSITIVE = ("surge_inertia", "sway_inertia", "yaw_inertia")
-NOT_NEGATIVE = PAPER[3:]
-"""The damping of each velocity by itself: with these, and without others, the ship never gains energy."""
+NOT_NEGATIVE = PAPER[3:]  # the damping of each velocity by itself: with these, and without others, the ship never gains energy
 NEUTRAL = dict.fromkeys(GAINS, 1.0) | dict.fromkeys((*OFFSETS, DELAY), 0.0)
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The free numbers of an identification, in order, and the values of all the others.
+    """The free numbers of an identification, in order, and the values of all the others."""
 
-    Attributes:
-        names: Of the free numbers.
-        fixed: Values of all hull parameters and inputs; those of free numbers are not used.
-        earliest: By how much the wrench may act before it is recorded, s.
-    """
-
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the free numbers
+    # values of all hull parameters and inputs; those of free numbers are not used
     fixed: Mapping[str, float] = field(default_factory=dict)
-    earliest: float = 0.0
+    earliest: float = 0.0  # by how much the wrench may act before it is recorded, s
 
     def values(self, vector: Array) -> dict[str, float]:
         """All numbers by their names."""
@@ -265,8 +214,7 @@ def unknowns(model: Model, start: VesselParameters | None) -> Unknowns:
 def vessel(values: Mapping[str, float]) -> Vessel:
     """The plant's coefficients; hull parameters that are missing are zero.
 
-    Raises:
-        ParameterError: the inertia matrix has no positive determinant.
+    Raises ParameterError if the inertia matrix has no positive determinant.
     """
     hull: dict[str, Any] = {name: float(values.get(name, 0.0)) for name in HULL}
     return VesselParameters(**hull).coefficients()

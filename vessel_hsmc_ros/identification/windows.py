@@ -1,4 +1,9 @@
-"""Simulates recorded runs window by window on the plant's own kernel, for output-error refinement, and predicts them."""
+"""Smooths recorded runs, and simulates them window by window on the plant's own kernel, for output-error refinement.
+
+Local cubic polynomials give pose, body velocities and their derivatives at every sample. Their bandwidth is chosen from the data:
+the longest window whose residuals are hardly larger than the noise of the sensors, which the third differences of neighbouring
+samples show. Velocities are differentiated from the pose where they are not measured.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -7,55 +12,107 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import savgol_coeffs, savgol_filter
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.identification.smoothing import smooth
 from vessel_hsmc_ros.identification.types import Measurements, Prediction, vessel
 from vessel_hsmc_ros.identification.types import inputs as inputs_of
 from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
 from vessel_hsmc_ros.simulation.compilation import compiled
 
+ORDER = 3
+SHORTEST = 7  # window in samples: the shortest that still averages
+TOLERANCE = 1.1  # largest ratio of the residuals of smoothing to the noise
+
+
+class Smoothed(NamedTuple):
+    """A smoothed run."""
+
+    # pose, velocity, acceleration: x, y, heading; u, v, r; du, dv, dr: (n, 3) each
+    pose: Array
+    velocity: Array
+    acceleration: Array
+    noise: Array  # standard deviation of the measured x, y, heading, u, v, r, (6,); NaN where not measured
+    error: Array  # the same of the smoothed ones, (6,), as far as it comes from noise
+    bandwidth: float  # length of the polynomials' window, s
+
+    @property
+    def states(self) -> Array:
+        """x, y, psi, u, v, r, (n, 6)."""
+        return np.hstack([self.pose, self.velocity])
+
+
+def smooth(run: Measurements) -> Smoothed:
+    """Smooth a run; u = R(psi)ᵀ·dp, and du = R(psi)ᵀ·ddp + (r·v, -r·u), where the velocities are not measured."""
+    step = float(np.median(np.diff(run.time)))
+    measured = np.isfinite(run.velocity).all()
+    columns = np.hstack([run.pose, run.velocity]) if measured else run.pose
+    noise = _noise(columns)
+    width = _width(columns, noise)
+    pose, rate, second = (savgol_filter(run.pose, width, ORDER, deriv, step, axis=0) for deriv in range(3))
+    if measured:
+        velocity, acceleration = (savgol_filter(run.velocity, width, ORDER, deriv, step, axis=0) for deriv in range(2))
+    else:
+        velocity = in_body_frame(rate, pose[:, 2])
+        turning = velocity[:, [1, 0]] * velocity[:, 2:] * (1.0, -1.0)
+        acceleration = in_body_frame(second, pose[:, 2]) + np.column_stack([turning, np.zeros(len(pose))])
+    # A smoothed value is a weighted sum of samples, so its standard deviation is that of the noise times the norm of the weights.
+    norms = [float(np.linalg.norm(savgol_coeffs(width, ORDER, deriv, step))) for deriv in range(2)]
+    error = np.append(norms[0] * noise[:3], norms[0] * noise[3:] if measured else norms[1] * noise)
+    return Smoothed(pose, velocity, acceleration, np.append(noise, [np.nan] * 3)[:6], error, width * step)
+
+
+def in_body_frame(vectors: Array, heading: Array) -> Array:
+    """Rotate horizontal vectors from the earth-fixed into the body frame; third components, (n, 3), stay."""
+    c, s = np.cos(heading), np.sin(heading)
+    return np.column_stack([c * vectors[:, 0] + s * vectors[:, 1], c * vectors[:, 1] - s * vectors[:, 0], vectors[:, 2]])
+
+
+def _noise(columns: Array) -> Array:
+    """Standard deviation of the noise of each column; third differences have 20 times its variance and hardly any motion."""
+    return np.asarray(np.sqrt(np.mean(np.square(np.diff(columns, 3, axis=0)), axis=0) / 20.0))
+
+
+def _width(columns: Array, noise: Array) -> int:
+    """Window in samples, odd: doubled in steps of a half until smoothing changes a column by more than its noise."""
+    width, longest = SHORTEST, max(SHORTEST, len(columns) // 4)
+    while (wider := int(1.5 * width) // 2 * 2 + 1) <= longest:
+        residuals = columns - savgol_filter(columns, wider, ORDER, axis=0)
+        if np.any(np.sqrt(np.mean(np.square(residuals), axis=0)) > TOLERANCE * noise + 1e-12):
+            break
+        width = wider
+    return width
+
+
 Integers = NDArray[np.int64]
 
-BEYOND = 60.0
-"""How long the first and the last wrench of a run are taken to act, s: longer than any delay."""
-LARGEST_STEP = 0.25
-"""Samples that are further apart are bridged by several steps, s."""
+BEYOND = 60.0  # how long the first and the last wrench of a run are taken to act, s: longer than any delay
+LARGEST_STEP = 0.25  # samples that are further apart are bridged by several steps, s
 
 
 class Windows(NamedTuple):
-    """Windows of runs, with one row each, padded at their ends to the same number of samples.
+    """Windows of runs, with one row each, padded at their ends to the same number of samples."""
 
-    Attributes:
-        times: Time from each sample to the next, zero in the padding, (w, k), s.
-        wrench: (w, k, 3).
-        measured: x, y, psi, u, v, r, (w, k, 6); NaN where not measured and in the padding.
-        begin, end: The samples of each window among those of all runs, (w,) each.
-        steps: Steps of integration from a sample to the next.
-        at: Times of the samples, runs one after the other with a gap, (w, k), s.
-        knots, impulse: Times and integral of the wrench of all runs, (m,), s, and (m, 3).
-        run: Index of the run of each window, (w,).
-    """
-
-    times: Array
-    wrench: Array
-    measured: Array
+    times: Array  # time from each sample to the next, zero in the padding, (w, k), s
+    wrench: Array  # (w, k, 3)
+    measured: Array  # x, y, psi, u, v, r, (w, k, 6); NaN where not measured and in the padding
+    # begin, end: the samples of each window among those of all runs, (w,) each
     begin: Integers
     end: Integers
-    steps: int
-    at: Array
+    steps: int  # steps of integration from a sample to the next
+    at: Array  # times of the samples, runs one after the other with a gap, (w, k), s
+    # knots, impulse: times and integral of the wrench of all runs, (m,), s, and (m, 3)
     knots: Array
     impulse: Array
-    run: Integers
+    run: Integers  # index of the run of each window, (w,)
 
     def delayed(self, delay: float) -> Array:
         """The mean wrench from each sample to the next, (w, k, 3), if it acts later than it is recorded.
 
-        Args:
-            delay: By how much, s. A force that is sampled while it changes, instead of held, has half an interval less than 0.
+        `delay`: by how much, s. A force that is sampled while it changes, instead of held, has half an interval less than 0.
         """
         if delay == 0.0:
             return self.wrench
@@ -67,9 +124,7 @@ class Windows(NamedTuple):
 def windows(runs: Sequence[Measurements], length: float, exact: bool = False) -> Windows:
     """Cut runs into windows of about one length.
 
-    Args:
-        length: Of a window, s.
-        exact: Exactly this length, without what is left at the end of a run, instead of equal parts.
+    `exact`: exactly this length, without what is left at the end of a run, instead of equal parts.
     """
     edges, index, at = [], [], 0
     for number, run in enumerate(runs):
@@ -130,7 +185,6 @@ def simulated(
 
     Args:
         starts: State at the first sample of each, (w, 6).
-        vessel: Coefficients of the ship.
         gains: Factors on surge force, sway force and yaw moment, (3,).
         offsets: Steady forces in the earth-fixed frame and yaw moment, (3,).
         delay: By how much the wrench acts later than it is recorded, s.
@@ -162,11 +216,8 @@ def simulate_windows(
 ) -> None:
     """`simulated` into an array; the wrench is constant from each sample to the next.
 
-    Args:
-        times, wrench, steps: As in `Windows`.
-        starts, vessel, gains, offsets: As in `simulated`.
-        flow: Current of each window, (w, 2).
-        states: Array for the result, (w, k, 6).
+    `times`, `wrench`, `steps`: as in `Windows`. `starts`, `vessel`, `gains`, `offsets`: as in `simulated`. `flow`: current of
+    each window, (w, 2). `states`: array for the result, (w, k, 6).
     """
     for window in range(len(starts)):
         first = starts[window].tolist()
@@ -184,9 +235,7 @@ def simulate_windows(
 def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tuple[float, float, float]:
     """The wrench on the hull: the recorded one times its gains, and the steady forces in the body frame.
 
-    Args:
-        wrench: (3,).
-        gains, offsets: As in `simulated`.
+    `wrench`: (3,). `gains`, `offsets`: as in `simulated`.
     """
     c, s = math.cos(psi), math.sin(psi)
     return (
@@ -196,18 +245,12 @@ def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tup
     )
 
 
-WINDOW = 20.0
-"""Default length of a window, s."""
-FEWEST_IN_WINDOW = 10
-"""Samples that a window needs at least."""
+WINDOW = 20.0  # default length of a window, s
+FEWEST_IN_WINDOW = 10  # samples that a window needs at least
 
 
 def require_rate(run: Measurements, window: float) -> None:
-    """Check that a window has enough samples, and so that time is in seconds.
-
-    Raises:
-        IdentificationError: it has not.
-    """
+    """Check that a window has enough samples, and so that time is in seconds. Raises IdentificationError if it has not."""
     step = float(np.median(np.diff(run.time)))
     if window and step > window / FEWEST_IN_WINDOW:
         text = f"a window of {window:g} s needs {FEWEST_IN_WINDOW} samples or more: time must be in s, not in ms or ns"
@@ -223,15 +266,9 @@ def predict(
 ) -> Prediction:
     """Predict a run window by window, each from the smoothed state at its start.
 
-    Args:
-        values: Hull parameters by their names; those that are missing are zero.
-        measurements: The run, best one that the values were not estimated from.
-        window: Length of a window, s; what is left at the end of the run is not predicted.
-        inputs: Input gains and offsets; None for gains of one and offsets of zero.
-        current: Steady current of the run along x and y, over ground, m/s.
-
-    Raises:
-        IdentificationError: the run is shorter than a window.
+    `values`: hull parameters by their names; those that are missing are zero. `measurements`: the run, best one that the values
+    were not estimated from. `current`: steady current of the run along x and y, over ground, m/s. Raises IdentificationError if
+    the run is shorter than a window.
     """
     require_rate(measurements, window)
     duration = float(measurements.time[-1] - measurements.time[0])

@@ -18,27 +18,21 @@ from vessel_hsmc_ros.scenario.scenario import Scenario
 
 
 class Track(NamedTuple):
-    """A manoeuvre; components to the side of the first turn are positive, so that a turn to starboard equals one to port.
+    """A manoeuvre; components to the side of the first turn are positive, so that a turn to starboard equals one to port."""
 
-    Attributes:
-        time: Since the execute, (n,) s.
-        ahead, aside: Distance along the original course and perpendicular to it, (n,) m.
-        turned: Change of heading, not wrapped, (n,) rad.
-        u, v, r: Velocities, (n,).
-        force, moment: The applied wrench, (n,).
-        command: The commanded yaw moment, (n,).
-    """
-
-    time: Array
+    time: Array  # since the execute, (n,) s
+    # ahead, aside: distance along the original course and perpendicular to it, (n,) m
     ahead: Array
     aside: Array
-    turned: Array
+    turned: Array  # change of heading, not wrapped, (n,) rad
+    # u, v, r: velocities, (n,)
     u: Array
     v: Array
     r: Array
+    # force, moment: the applied wrench, (n,)
     force: Array
     moment: Array
-    command: Array
+    command: Array  # the commanded yaw moment, (n,)
 
     def at(self, index: float) -> "Track":
         """The point between two rows, by linear interpolation, as arrays without dimension; NaN for an index of NaN."""
@@ -55,8 +49,7 @@ class Track(NamedTuple):
 def track_of(run: Run, scenario: Scenario) -> Track:
     """The track of a simulated manoeuvre.
 
-    Args:
-        run: The run, whose plant and law have the same rate.
+    `run`: the run, whose plant and law have the same rate.
     """
     settings = scenario.controller.manoeuvre
     begin = round(settings.approach_time * scenario.controller.rate_hz)
@@ -94,8 +87,7 @@ Metrics = dict[str, float]
 STEADY_CHANGE = 0.01
 """A turn or a step is steady if the yaw rate or speed changes by less than this share of the largest one over its last fifth."""
 
-RISEN = 0.95
-"""The rise time of the force ends at this share of its last value."""
+RISEN = 0.95  # the rise time of the force ends at this share of its last value
 
 
 def turning_circle(track: Track, _settings: ManoeuvreParameters) -> Metrics:

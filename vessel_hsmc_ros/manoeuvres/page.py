@@ -22,11 +22,7 @@ from vessel_hsmc_ros.scenario.scenario import dump_scenario
 def write(folder: Path, results: Results) -> dict[str, Path]:
     """Write manoeuvres.html, manoeuvres.csv and a scenario for each manoeuvre, which the nodes can run, into an existing folder.
 
-    Returns:
-        The files by kind.
-
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
     files = {"page": folder / "manoeuvres.html", "metrics": folder / "manoeuvres.csv", "scenarios": folder / "scenarios"}
     try:
@@ -57,9 +53,7 @@ def write_csv(path: Path, results: Results) -> None:
 def render(results: Results, scenarios: Path) -> str:
     """Render the HTML text of the page.
 
-    Args:
-        results: The manoeuvres of a ship.
-        scenarios: The folder of their scenarios, for the command that runs one over the nodes.
+    `scenarios`: the folder of their scenarios, for the command that runs one over the nodes.
     """
     ship, lines = results.ship, rows(results)
     figures = {name: drawn for name, done in results.manoeuvres.items() if (drawn := figure(done))}
@@ -93,9 +87,7 @@ def subtitle(results: Results) -> str:
 
 Figure = dict[str, Any]
 
-POINTS = 1500
-"""Approximate number of points of a line."""
-
+POINTS = 1500  # approximate number of points of a line
 AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False}
 SHIP, COMMAND, OTHER, LIMIT = "--run-0", "--run-1", "--run-2", "--limit"
 

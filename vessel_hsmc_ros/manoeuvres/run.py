@@ -13,12 +13,8 @@ from vessel_hsmc_ros.manoeuvres.ship import Ship, ship_of
 from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-MOORED = 1e12
-"""Surge inertia of the ship of the bollard pull, which keeps it from moving, kg."""
-
-SETTLING = 5.0
-"""Time to settle in units of T."""
-
+MOORED = 1e12  # surge inertia of the ship of the bollard pull, which keeps it from moving, kg
+SETTLING = 5.0  # time to settle in units of T
 STEPS_PER_LENGTH, STEPS_WHEN_STEADY = 500.0, 50.0
 """Control steps while the ship travels its length: many, because a zig-zag reverses the rudder at a step; fewer where only steady
 states count."""
@@ -29,19 +25,12 @@ SPIRAL_STEPS, SPEED_STEPS = 15, 8
 
 
 class Plan(NamedTuple):
-    """What a manoeuvre needs.
+    """What a manoeuvre needs."""
 
-    Attributes:
-        settings: Parameters of the law.
-        duration: Estimated time from the execute to the end, s.
-        hold: Estimated time of each step, s; 0 for manoeuvres without steps.
-        moored: Whether the ship is kept at rest.
-    """
-
-    settings: dict[str, object]
-    duration: float
-    hold: float = 0.0
-    moored: bool = False
+    settings: dict[str, object]  # parameters of the law
+    duration: float  # estimated time from the execute to the end, s
+    hold: float = 0.0  # estimated time of each step, s; 0 for manoeuvres without steps
+    moored: bool = False  # whether the ship is kept at rest
 
 
 def _turn(ship: Ship) -> Plan:
@@ -97,9 +86,7 @@ def rate(ship: Ship, plan: Plan) -> float:
 def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starboard") -> Scenario:
     """The scenario of a manoeuvre.
 
-    Args:
-        stretch: Factor of the estimated durations.
-        side: Side of the first turn.
+    `stretch`: factor of the estimated durations.
     """
     plan = PLANS[name](ship)
     approach, rate_hz = approach_time(ship, name), rate(ship, plan)
@@ -136,23 +123,14 @@ STRETCHES = (1.0, 2.0, 4.0, 8.0)
 
 @dataclass(frozen=True)
 class Manoeuvre:
-    """A simulated manoeuvre.
-
-    Attributes:
-        name: One of PLANS.
-        scenario: Its scenario, which the nodes can run as well.
-        track: From the execute on.
-        metrics: By their names; NaN for what was not reached.
-        complete: Whether all metrics were reached, and the steady ones are steady.
-        failure: Why the simulation ended early, in one line; empty if it did not.
-    """
+    """A simulated manoeuvre."""
 
     name: str
-    scenario: Scenario
-    track: Track
-    metrics: Metrics
-    complete: bool
-    failure: str = ""
+    scenario: Scenario  # its scenario, which the nodes can run as well
+    track: Track  # from the execute on
+    metrics: Metrics  # by their names; NaN for what was not reached
+    complete: bool  # whether all metrics were reached, and the steady ones are steady
+    failure: str = ""  # why the simulation ended early, in one line; empty if it did not
 
 
 @dataclass(frozen=True)
@@ -196,11 +174,7 @@ def run(
 
 
 def perform(ship: Ship, name: str, side: str = "starboard") -> Manoeuvre:
-    """Simulate a manoeuvre until it is complete, at most for the last of STRETCHES times the estimated duration.
-
-    Args:
-        side: Side of the first turn.
-    """
+    """Simulate a manoeuvre until it is complete, at most for the last of STRETCHES times the estimated duration."""
     for stretch in STRETCHES[:-1]:
         done = _once(scenario_of(ship, name, stretch, side), name)
         if done.complete or done.failure:

@@ -30,12 +30,8 @@ from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 
-OUTPUT = 0.85
-"""Share of the largest output at which the manoeuvres begin."""
-
-MAX_STEADY_SPEED = 1e3
-"""A ship has no steady speed below this: its hull data contain no damping, m/s or rad/s."""
-
+OUTPUT = 0.85  # share of the largest output at which the manoeuvres begin
+MAX_STEADY_SPEED = 1e3  # a ship has no steady speed below this: its hull data contain no damping, m/s or rad/s
 SUFFIXES = (".yaml", ".yml")
 
 CALM: dict[str, object] = {
@@ -52,32 +48,23 @@ SHIP = {"vessel_sim": ("vessel.", "actuators."), "reference_ship": ("vessel.",),
 
 @dataclass(frozen=True)
 class Ship:
-    """A ship in still water with its scales.
+    """A ship in still water with its scales."""
 
-    Attributes:
-        name: Of the vessel or scenario.
-        scenario: The ship without disturbances, sensors perfect, at rest at the origin.
-        length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V.
-        top_force, approach_force: X(U), X(V).
-        astern_force: Largest surge force astern, at most X_max; without a layout of thrusters X_max.
-        turn_rate: r_N.
-        time: T.
-        delay: Time in which the actuators reach their limits: lags and rates, s.
-    """
-
-    name: str
-    scenario: Scenario
+    name: str  # of the vessel or scenario
+    scenario: Scenario  # the ship without disturbances, sensors perfect, at rest at the origin
+    # length, largest_force, largest_moment, top_speed, speed: L, X_max, N_max, U, V
     length: float
     largest_force: float
     largest_moment: float
     top_speed: float
     speed: float
+    # top_force, approach_force: X(U), X(V)
     top_force: float
     approach_force: float
-    astern_force: float
-    turn_rate: float
-    time: float
-    delay: float
+    astern_force: float  # largest surge force astern, at most X_max; without a layout of thrusters X_max
+    turn_rate: float  # r_N
+    time: float  # T
+    delay: float  # time in which the actuators reach their limits: lags and rates, s
 
 
 def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) -> Ship:
@@ -102,11 +89,8 @@ def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) ->
 def in_still_water(name: str, ship: Mapping[str, object]) -> Scenario:
     """A scenario with a ship at rest in still water, which follows no reference.
 
-    Args:
-        ship: The parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes.
-
-    Raises:
-        ScenarioError, ParameterError: as `load_scenario`.
+    `ship`: the parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes. Raises ScenarioError,
+    ParameterError as `load_scenario`.
     """
     return parse_scenario("{}", name, {**CALM, **ship})
 
@@ -124,11 +108,7 @@ def is_vessel(name: str | Path) -> bool:
 
 
 def ship_of(scenario: Scenario) -> Ship:
-    """The ship of a scenario in still water.
-
-    Raises:
-        ParameterError: it has no limits or no damping.
-    """
+    """The ship of a scenario in still water. Raises ParameterError if it has no limits or no damping."""
     given = {
         f"{node}.{name}": value
         for node, prefixes in SHIP.items()

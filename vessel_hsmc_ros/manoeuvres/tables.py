@@ -20,18 +20,12 @@ SHORTEST = 100.0
 
 
 class Criterion(NamedTuple):
-    """An upper limit of a metric.
-
-    Attributes:
-        manoeuvre, metric: Their names.
-        limit: In the unit of the metric.
-        text: The limit as the resolution gives it.
-    """
+    """An upper limit of a metric."""
 
     manoeuvre: str
     metric: str
-    limit: float
-    text: str
+    limit: float  # in the unit of the metric
+    text: str  # the limit as the resolution gives it
 
 
 def criteria(length: float, speed: float) -> list[Criterion]:
@@ -91,24 +85,19 @@ LABELS = {
 }
 """Names of metrics in words, where they are not the names with spaces."""
 
-MARGIN = 1e-3
-"""Share of a range of speeds that counts as inside it: a manoeuvre may begin at its end."""
+MARGIN = 1e-3  # share of a range of speeds that counts as inside it: a manoeuvre may begin at its end
 
 
 class Row(NamedTuple):
-    """A metric as text.
-
-    Attributes:
-        manoeuvre, metric: Their names.
-        label, value, lengths: Name in words; value with unit; the same in ship lengths, empty where it is no length.
-        limit, verdict: The criterion, and `within` or `beyond`; empty where there is none.
-    """
+    """A metric as text."""
 
     manoeuvre: str
     metric: str
+    # label, value, lengths: name in words; value with unit; the same in ship lengths, empty where it is no length
     label: str
     value: str
     lengths: str
+    # limit, verdict: the criterion, and `within` or `beyond`; empty where there is none
     limit: str
     verdict: str
 

@@ -24,7 +24,7 @@ from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, Reporter, summarised
-from vessel_hsmc_ros.scenario.given_parameters import missed_sections
+from vessel_hsmc_ros.scenario.parameters_file import missed_sections
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription

@@ -13,7 +13,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 from datetime import datetime, timezone
-from pathlib import Path
 from typing import Any
 
 import yaml
@@ -22,7 +21,7 @@ from rclpy.logging import get_logging_directory
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
-from vessel_hsmc_ros.bags.black_box_content import WRITER, header, record
+from vessel_hsmc_ros.bags.black_box import WRITER, header, record
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
@@ -30,29 +29,15 @@ from vessel_hsmc_ros.nodes.kept_logger import KeptLogger
 from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 from vessel_hsmc_ros.scenario.parameters_file import tree
 
-MEMORY = 32 * 1024 * 1024
-"""Limit of the messages kept, bytes: a controller at 100 Hz needs 7 MB for 30 s."""
-
-LEAST_INTERVAL, MOST_BAGS = 60.0, 10
-"""Least time between two bags of a process, s, and the largest number of them."""
-
-AFTERWARDS = 1.0
-"""Time for which messages are still taken after an error, s, unless it ends the node."""
-
-WRITE_LIMIT = 20.0
-"""Longest time for writing a bag, s."""
-
-PIECE = 256
-"""Messages that are passed to the writing process at once."""
+MEMORY = 32 * 1024 * 1024  # limit of the messages kept, bytes: a controller at 100 Hz needs 7 MB for 30 s
+LEAST_INTERVAL, MOST_BAGS = 60.0, 10  # least time between two bags of a process, s, and the largest number of them
+AFTERWARDS = 1.0  # time for which messages are still taken after an error, s, unless it ends the node
+WRITE_LIMIT = 20.0  # longest time for writing a bag, s
+PIECE = 256  # messages that are passed to the writing process at once
 
 
 class BlackBox:
-    """Keeps the last messages of a node, and writes them as a bag on request.
-
-    Args:
-        parameters: Time span and folder.
-        stamp: Returns the time of a message that is kept now, ns.
-    """
+    """Keeps the last messages of a node, and writes them as a bag on request; `stamp` returns the time of a message, ns."""
 
     def __init__(self, node: Node, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> None:
         self._node, self._parameters, self._stamp = node, parameters, stamp
@@ -66,32 +51,23 @@ class BlackBox:
         self._writing: threading.Thread | None = None
         self._ending = threading.Event()
 
-    # -- messages -----------------------------------------------------------------------------------------------------
-
     def keep(self, topic: str, message: Any, data: bytes = b"") -> None:
-        """Keep a message.
-
-        Args:
-            topic: Full name of its topic.
-            data: Its serialized form, where that is known.
-        """
+        """Keep a message of a topic, given by its full name; `data` is its serialized form, where that is known."""
         number = self._numbers.get(topic)
         if number is None:
             number = self._numbers[topic] = len(self._numbers)
-            self._topics[topic] = _kind(type(message))
+            kind = type(message)
+            self._topics[topic] = f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
         entry = record(self._stamp(), number, data or serialize_message(message))
         if len(entry) > MEMORY:  # it would displace all others
-            self._report_large(topic, len(entry))
+            text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(entry) / 1e6:.0f} MB)"
+            self._node.get_logger().warning(f"{text}: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
         self._kept.append((now, entry))
         self._size += len(entry)
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
             self._size -= len(self._kept.popleft()[1])
-
-    def _report_large(self, topic: str, size: int) -> None:
-        text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {size / 1e6:.0f} MB): left out"
-        self._node.get_logger().warning(text, once=True)
 
     def receiver(self, topic: str, kind: Any, callback: Callable[[Any], None]) -> Callable[[bytes], None]:
         """The callback of a raw subscription that converts each message, passes it on, and keeps it."""
@@ -111,14 +87,10 @@ class BlackBox:
         line.stamp = conversions.time_message(self._node.get_clock().now().nanoseconds)
         self.keep("/rosout", line)
 
-    # -- bags ---------------------------------------------------------------------------------------------------------
-
     def write(self, reason: str, ends: bool = False) -> None:
         """Write the messages as a bag, in the background; at most one in LEAST_INTERVAL, and MOST_BAGS in all.
 
-        Args:
-            reason: The error, in one line.
-            ends: Whether the error ends the node: nothing further is taken.
+        After an error that ends the node nothing further is taken.
         """
         if ends:
             self._ending.set()
@@ -138,33 +110,29 @@ class BlackBox:
     def _write(self, reason: str) -> None:
         self._ending.wait(AFTERWARDS)
         kept = [entry for _, entry in self._kept.copy()]  # a copy is one step of the interpreter: the deque is not locked
-        folders = [f"{folder}/{self._name()}" for folder in (self._directory(), Path(tempfile.gettempdir()) / "black_box")]
-        parameters = {self._node.get_fully_qualified_name(): {"ros__parameters": self._document()}}
-        notes = {"mode": "black box", "reason": reason, "messages_dropped": "0"}
-        head = header(folders, notes, self._topics, yaml.safe_dump(parameters, sort_keys=False))
         try:
-            done = _run(head, (b"".join(kept[i : i + PIECE]) for i in range(0, len(kept), PIECE)))
+            done = _run(self._head(reason), (b"".join(kept[i : i + PIECE]) for i in range(0, len(kept), PIECE)))
+            failure = (done.stderr.decode(errors="replace").strip() or "its process ended") if done.returncode else ""
         except (OSError, subprocess.SubprocessError) as error:
-            self._node.get_logger().error(f"the black box is not written: {error}")
-            return
-        if done.returncode:
-            self._node.get_logger().error(f"the black box is not written: {done.stderr.decode(errors='replace').strip()}")
+            failure = str(error)
+        if failure:
+            self._node.get_logger().error(f"the black box is not written: {failure}")
             return
         folder, _, refused = done.stdout.decode().strip().partition("\n")
         if refused:
             self._node.get_logger().warning(refused)
         self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
 
-    def _directory(self) -> Path:
-        return Path(self._parameters.directory or get_logging_directory() / "black_box")
-
-    def _name(self) -> str:
-        name = re.sub(r"\W+", "_", self._node.get_fully_qualified_name().strip("/"))
-        return f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}_{name}_{self._bags}"
-
-    def _document(self) -> dict[str, Any]:
+    def _head(self, reason: str) -> bytes:
+        """What the bag has besides messages, and where it may be written: the second folder is for a disk that is full."""
+        node = self._node.get_fully_qualified_name()
         values = schema.flatten(self._node.parameters)  # type: ignore[attr-defined]
-        return tree({name: list(value) if isinstance(value, tuple) else value for name, value in values.items()})
+        listed = {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
+        parameters = yaml.safe_dump({node: {"ros__parameters": tree(listed)}}, sort_keys=False)
+        name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}_{re.sub(r'[^0-9A-Za-z_]+', '_', node.strip('/'))}_{self._bags}"
+        wanted = self._parameters.directory or f"{get_logging_directory()}/black_box"
+        folders = [f"{wanted}/{name}", f"{tempfile.gettempdir()}/black_box/{name}"]
+        return header(folders, {"mode": "black box", "reason": reason, "messages_dropped": "0"}, self._topics, parameters)
 
 
 def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> BlackBox | None:
@@ -175,12 +143,6 @@ def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int
     node._logger = KeptLogger(node.get_logger().name, box.log)  # rclpy has no other place for a logger of one's own
     node.reporter.keep = box.keep
     return box
-
-
-def _kind(message_type: type) -> str:
-    """Name of a message type, such as `nav_msgs/msg/Odometry`."""
-    package, *_ = message_type.__module__.split(".")
-    return f"{package}/msg/{message_type.__name__}"
 
 
 def _run(head: bytes, pieces: Iterable[bytes]) -> "subprocess.CompletedProcess[bytes]":

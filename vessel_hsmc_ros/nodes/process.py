@@ -29,7 +29,7 @@ from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.node_parameters import in_ros_names
 from vessel_hsmc_ros.nodes.ros_environment import start_error
 from vessel_hsmc_ros.scenario import parameters
-from vessel_hsmc_ros.scenario.given_parameters import check_rules
+from vessel_hsmc_ros.scenario.parameters_file import check_rules
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 

@@ -24,28 +24,15 @@ from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, ROLE_COL
 mpl.use("Agg")  # files only: no display is needed
 
 STYLES = {MAIN: "-", DESIRED: "--", OTHER: ":", THIRD: "-.", MEASURED: "-"}
-VALUES = 4000
-"""Largest number of values of a line, more than a figure can resolve."""
-
-LABEL_WIDTH = 24
-"""Longest line of an axis label, characters."""
-
+VALUES = 4000  # largest number of values of a line, more than a figure can resolve
+LABEL_WIDTH = 24  # longest line of an axis label, characters
 Array = NDArray[np.float64]
 
 
 def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[Path]:
     """Draw the track and one figure for each group of panels.
 
-    Args:
-        records: At least one run.
-        directory: Created if it does not exist.
-        kind: png or svg.
-
-    Returns:
-        The files.
-
-    Raises:
-        ReportError: a file cannot be written.
+    `records`: at least one run. `directory`: created if it does not exist. Raises ReportError if a file cannot be written.
     """
     groups: dict[str, list[Overlay]] = {}
     for overlay in overlays(records):
@@ -104,10 +91,8 @@ def track(records: Sequence[Record]) -> Figure:
 def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark] = ()) -> Figure:
     """Draw the panels of a group below each other, with a common time axis.
 
-    Args:
-        found: Its panels, from top to bottom.
-        alone: Whether there is a single run: lines are then coloured by their role, else by their run.
-        marks: Events, drawn as vertical lines.
+    `found`: its panels, from top to bottom. `alone`: whether there is a single run: lines are then coloured by their role, else
+    by their run.
     """
     height = 0.8 + 1.8 * len(found)
     figure = Figure(figsize=(8.0, height))
@@ -160,9 +145,7 @@ def _colour(run: int | None, role: str, alone: bool) -> str:
 def _limits(axis: Axes, limits: Sequence[Limit], largest: float, factor: float) -> None:
     """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines.
 
-    Args:
-        largest: Largest magnitude of the shown values, SI.
-        factor: From SI to the unit of the axis.
+    `largest`: largest magnitude of the shown values, SI. `factor`: from SI to the unit of the axis.
     """
     for i, limit in enumerate(limits):
         if limit.value <= 4.0 * largest:
@@ -182,8 +165,7 @@ def _range(values: Array) -> tuple[float, float, float | None]:
     return float(values.min()), float(values.max()), None
 
 
-CONSTANT = 1e-6
-"""Intervals whose spread is below this are constant, as in lockstep, s."""
+CONSTANT = 1e-6  # intervals whose spread is below this are constant, as in lockstep, s
 
 
 def jitter_intervals(record: Record) -> Array | None:

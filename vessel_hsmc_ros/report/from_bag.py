@@ -24,9 +24,7 @@ Array = NDArray[np.float64]
 WITH_VALUES = ("parameter", "goal", "path", "fault")
 """Kinds of events whose text has values; that of the others repeats their kind."""
 
-TOGETHER = 1.0
-"""Events of one kind within this time are one call of several nodes, s."""
-
+TOGETHER = 1.0  # events of one kind within this time are one call of several nodes, s
 DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
     "vessel_sim": (
         ("steps", "steps", int),
@@ -43,28 +41,15 @@ DIAGNOSTICS: dict[str, tuple[tuple[str, str, Any], ...]] = {
 def of_bag(path: Path, namespace: str | None = None, origin: Mapping[str, Any] | None = None) -> Record:
     """Read the record of one vessel's run.
 
-    Args:
-        path: The bag's folder or file, or the run folder.
-        namespace: ROS namespace of the vessel, where the bag has several.
-        origin: Further provenance of the run, by its keys in run.json.
-
-    Raises:
-        BagError: the bag cannot be read or has no odometry.
+    `origin`: further provenance of the run, by its keys in run.json. Raises BagError if the bag cannot be read or has no
+    odometry.
     """
     bag = open_bag(path)
     return of_vessel(bag, bag.namespace(namespace), origin)
 
 
 def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) -> Record:
-    """Read the record of one vessel of an opened bag.
-
-    Args:
-        prefix: The vessel's namespace, with its slashes.
-        origin: Further provenance of the run, by its keys in run.json.
-
-    Raises:
-        BagError: the bag has no odometry of the vessel.
-    """
+    """Read the record of one vessel of an opened bag. Raises BagError if the bag has no odometry of the vessel."""
     scenario = _scenario(bag, prefix)
     vessel = scenario.vessel_sim.vessel.coefficients() if scenario else None
     topics, run, start, events = bag.record(prefix, vessel)
@@ -81,14 +66,7 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
 
 
 def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
-    """Read the records of all vessels of a bag, named by their namespaces.
-
-    Args:
-        origin: Further provenance of the run, by its keys in run.json.
-
-    Raises:
-        BagError: a vessel has no odometry.
-    """
+    """Read the records of all vessels of a bag, named by their namespaces. Raises BagError if a vessel has no odometry."""
     prefixes = sorted(bag.namespaces, key=lambda prefix: (len(prefix), prefix))  # vessel_10 after vessel_2
     found = [bag.find(prefix, name) for prefix in prefixes for name in run_from_bag.TOPICS]
     bag.load(*(series.name for series in found if series is not None))  # in one pass over the bag
@@ -125,9 +103,7 @@ def _origin(bag: Bag, known: Mapping[str, Any]) -> dict[str, Any]:
 def _with_commands(run: Run, topics: run_from_bag.Topics, start: int) -> Run:
     """Add the commanded wrench to the terms of the law, held at their times.
 
-    Args:
-        run: The run without it.
-        start: Stamp at which the time of the run is zero, ns.
+    `start`: stamp at which the time of the run is zero, ns.
     """
     commands = topics.get("cmd_wrench")
     if commands is None:
@@ -157,9 +133,7 @@ def _marks(events: Sequence[Event]) -> tuple[Mark, ...]:
 def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mark], start: int) -> PlannedTrack | None:
     """The planned legs of a run, from its scenario and from the paths that were set by messages.
 
-    Args:
-        prefix: The vessel's namespace, with its slashes.
-        start: Stamp at which the time of the run is zero, ns.
+    `start`: stamp at which the time of the run is zero, ns.
     """
     if not has_legs(scenario) or not bag.readable(f"{prefix}reference"):
         return None

@@ -20,15 +20,13 @@ from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, file_name
 
-MAX_LABEL_TEXTS = 2
-"""Differing parameters that a label names; the table of parameters has all of them."""
+MAX_LABEL_TEXTS = 2  # differing parameters that a label names; the table of parameters has all of them
 
 
 def distinguished(records: Sequence[Record]) -> list[Record]:
     """Label runs by what differs between them: scenario, else law, else both, else parameters, else a number.
 
-    Returns:
-        The records with unique names; a single one keeps its name.
+    Returns the records with unique names; a single one keeps its name.
     """
     names = [record.name for record in records]
     if len(records) < 2:
@@ -73,29 +71,21 @@ PAGE = "report.html"
 
 @dataclass(frozen=True)
 class Options:
-    """The requested files and their properties.
+    """The requested files and their properties."""
 
-    Attributes:
-        page: The page's file; None for the default of `page_of`.
-        title: Headline of the page; None for the names of the runs.
-        namespace: ROS namespace of the vessel, in bags that hold several.
-        odometry, wrench: Topics of them, where they are not found by name or type.
-        figures: png or svg; None for no figures.
-        csv, parquet: Whether to write tables.
-        hull: Dimensions of the ship that is drawn, by default those of the first run's ship.
-        notes: Paragraphs below the headline.
-    """
-
-    page: Path | None = None
-    title: str | None = None
-    namespace: str | None = None
+    page: Path | None = None  # the page's file; None for the default of `page_of`
+    title: str | None = None  # headline of the page; None for the names of the runs
+    namespace: str | None = None  # ROS namespace of the vessel, in bags that hold several
+    # odometry, wrench: topics of them, where they are not found by name or type
     odometry: str = ""
     wrench: str = ""
-    figures: str | None = None
+    figures: str | None = None  # png or svg; None for no figures
+    # csv, parquet: whether to write tables
     csv: bool = False
     parquet: bool = False
+    # dimensions of the ship that is drawn, by default those of the first run's ship
     hull: DrawnHull = field(default_factory=DrawnHull)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  # paragraphs below the headline
 
 
 @dataclass(frozen=True)
@@ -109,9 +99,7 @@ class WrittenFiles:
 def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
     """Read bags, or the bags of run folders, and write their page and the requested figures and tables.
 
-    Raises:
-        BagError: a bag cannot be read or has no odometry.
-        ReportError: a file cannot be written, or pyarrow is missing.
+    Raises BagError if a bag cannot be read or has no odometry; ReportError if a file cannot be written, or pyarrow is missing.
     """
     bags = [bag_path(bag) for bag in bags]
     chosen = options.page or page_of(bags)
@@ -128,8 +116,7 @@ def _ships(records: Sequence[Record]) -> list[str]:
 def write(records: Sequence[Record], options: Options) -> WrittenFiles:
     """Write the page of some records, and the requested figures and tables.
 
-    Raises:
-        ReportError: a file cannot be written, or pyarrow is missing.
+    Raises ReportError if a file cannot be written, or pyarrow is missing.
     """
     files = {"page": options.page or Path(PAGE)}
     # WrittenFiles beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
@@ -152,8 +139,7 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
 def read(bags: Sequence[Path], namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
     """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover.
 
-    Raises:
-        BagError: a bag cannot be read or has no odometry.
+    Raises BagError if a bag cannot be read or has no odometry.
     """
     records: list[Record] = []
     for path in bags:
@@ -177,8 +163,7 @@ def page_of(bags: Sequence[Path]) -> Path:
     return bag.parent / (PAGE if bag.name == "bag" else f"{bag.stem if bag.is_file() else bag.name}_{PAGE}")
 
 
-ROWS = 10_000
-"""Rows that are converted to Python numbers at a time: those of a long run would not fit into memory."""
+ROWS = 10_000  # rows that are converted to Python numbers at a time: those of a long run would not fit into memory
 
 
 def tables(run: Run) -> dict[str, Table]:
@@ -193,8 +178,7 @@ def tables(run: Run) -> dict[str, Table]:
 def write_csv(run: Run, directory: Path) -> list[Path]:
     """Write `motion.csv` and `control.csv`; every number reads back bit-identical.
 
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
 
     def write(table: Table, path: Path) -> None:
@@ -212,8 +196,7 @@ def write_csv(run: Run, directory: Path) -> list[Path]:
 def write_parquet(run: Run, directory: Path) -> list[Path]:
     """Write `motion.parquet` and `control.parquet`.
 
-    Raises:
-        ReportError: pyarrow is not installed, or a file cannot be written.
+    Raises ReportError if pyarrow is not installed, or a file cannot be written.
     """
     try:
         import pyarrow

@@ -14,8 +14,7 @@ Array = NDArray[np.float64]
 
 SHIP, REFERENCE = "ship", "reference"
 
-OUTLINE = 2000
-"""Number of points of a planned stretch between two stops."""
+OUTLINE = 2000  # number of points of a planned stretch between two stops
 
 
 @dataclass(frozen=True)
@@ -49,8 +48,7 @@ class Track:
 def overlays(records: Sequence[Record]) -> list[Overlay]:
     """Merge the panels of all runs.
 
-    Returns:
-        The panels, group by group; groups in the order in which they first occur.
+    Returns the panels, group by group; groups in the order in which they first occur.
     """
     merged: dict[tuple[str, str], Overlay] = {}
     for run, record in enumerate(records):

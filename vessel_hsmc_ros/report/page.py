@@ -12,8 +12,8 @@ from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.figures import jitter_picture
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Track, overlays, plans, tracks
+from vessel_hsmc_ros.report.page_kit import Payload
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
-from vessel_hsmc_ros.report.payload import Payload
 from vessel_hsmc_ros.report.record import Record, leg_rows
 from vessel_hsmc_ros.report.style import SERIES
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
@@ -43,14 +43,8 @@ _ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other",
 def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None = None, notes: Sequence[str] = ()) -> None:
     """Write the page of some runs.
 
-    Args:
-        path: The HTML file.
-        records: At least one run; the others are compared with the first.
-        hull: Dimensions of the ship that is drawn; None for those of the first run's scenario.
-        notes: Paragraphs below the headline.
-
-    Raises:
-        ReportError: the file cannot be written.
+    `records`: at least one run; the others are compared with the first. `hull`: dimensions of the ship that is drawn; None for
+    those of the first run's scenario. `notes`: paragraphs below the headline. Raises ReportError if the file cannot be written.
     """
     page = render(records, title, hull or hull_of(records), notes)
     try:

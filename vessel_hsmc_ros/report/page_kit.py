@@ -1,10 +1,11 @@
-"""The kit of all pages: one Jinja environment, the page that all extend, their style, their scripts and their origin."""
+"""The kit of all pages: one Jinja environment, the page that all extend, their style, scripts, numbers and origin."""
 
 import base64
 import datetime
 import json
 import shlex
 import sys
+import zlib
 from collections.abc import Collection, Sequence
 from functools import cache
 from importlib import resources
@@ -12,8 +13,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
+import numpy as np
+from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.payload import packed
+from vessel_hsmc_ros.report.panels import Buckets, Line, buckets, thin, thin_time
 from vessel_hsmc_ros.report.style import css_variables
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
@@ -24,26 +27,17 @@ DIAGRAM_SCRIPTS = ("data.js", "theme.js", "diagram.js", "figures.js")
 
 
 class Section(NamedTuple):
-    """A part of a page of sections.
-
-    Attributes:
-        title: Its headline.
-        text: A paragraph below it; empty for none.
-        picture: A PNG picture; empty for none.
-        head, lines: A table; without lines there is none.
-        texts: How many columns of the table on the left are text; the others are numbers.
-        prose: Whether the last column is text too.
-        marked: First cells of the lines that are emphasised.
-    """
+    """A part of a page of sections."""
 
     title: str
-    text: str = ""
-    picture: bytes = b""
+    text: str = ""  # a paragraph below it; empty for none
+    picture: bytes = b""  # a PNG picture; empty for none
+    # head, lines: a table; without lines there is none
     head: Sequence[str] = ()
     lines: Sequence[Sequence[str]] = ()
-    texts: int = 1
-    prose: bool = False
-    marked: Collection[str] = ()
+    texts: int = 1  # how many columns of the table on the left are text; the others are numbers
+    prose: bool = False  # whether the last column is text too
+    marked: Collection[str] = ()  # first cells of the lines that are emphasised
 
     @property
     def source(self) -> str:
@@ -54,12 +48,9 @@ class Section(NamedTuple):
 def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence[str], content: Any = None, **values: Any) -> str:
     """Render the HTML text of a page that extends `report/base.html`.
 
-    Args:
-        template: The room and the file of its template, such as `report/page.html`.
-        about: Lines below the headline.
-        scripts: The files of its scripts, those of another room as `room/file`.
-        content: What the scripts find as JSON in the element `content`; None for a page without diagrams.
-        values: What else the template needs.
+    `template`: the room and the file of its template, such as `report/page.html`. `scripts`: the files of its scripts, those of
+    another room as `room/file`. `content`: what the scripts find as JSON in the element `content`; None for a page without
+    diagrams.
     """
     return (
         _environment()
@@ -81,9 +72,7 @@ def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence
 def render_sections(title: str, about: Sequence[str], sections: Sequence[Section], findings: Sequence[str] = ()) -> str:
     """Render a page of pictures and tables.
 
-    Args:
-        about: Lines below the headline.
-        findings: Sentences that stand before them: verdicts, warnings.
+    `findings`: sentences that stand before them: verdicts, warnings.
     """
     return render("report/sections.html", title, about, scripts=("theme.js", "static.js"), sections=sections, findings=findings)
 
@@ -114,3 +103,79 @@ def origin() -> str:
     command = shlex.join([COMMAND, *arguments]) if Path(program).name == COMMAND else "the Python API"
     commit = f"commit {code['git_commit']}" if code["git_commit"] else "no git checkout"
     return f"vessel_hsmc_ros {code['version']} · {commit} · {now:%Y-%m-%d %H:%M} UTC · made by {command}"
+
+
+Array = NDArray[np.float64]
+
+TRACK_POINTS = 20_000  # largest number of poses of a track; the page interpolates between them
+
+
+def packed(text: bytes) -> str:
+    """Compress with zlib and encode in base64."""
+    return base64.b64encode(zlib.compress(text, 6)).decode("ascii")
+
+
+class Payload:
+    """Collects the arrays of a page, thinned; a time axis that several lines share is stored once.
+
+    `limit`: largest number of values of one line.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self._limit = limit
+        self._parts: list[bytes] = []
+        self._length = 0
+        self._times: dict[int, tuple[Array, Buckets, dict[str, Any]]] = {}
+
+    def text(self) -> str:
+        """All arrays that were added, compressed."""
+        return packed(b"".join(self._parts))
+
+    def add(self, values: Array, kind: str = "f4") -> dict[str, Any]:
+        """Add an array.
+
+        `values`: (n,). Returns offset in bytes, count and type, for the page's `unpack`.
+        """
+        with np.errstate(over="ignore"):  # a diverged run may exceed the range of 32-bit floats
+            raw = np.ascontiguousarray(values).astype("<" + kind)
+        where = {"at": self._length, "count": len(raw), "kind": kind}
+        # Byte shuffling: with bytes of equal significance next to each other, smooth series compress to half the size.
+        self._parts.append(raw.view(np.uint8).reshape(len(raw), -1).T.tobytes())
+        self._length += raw.nbytes
+        return where
+
+    def line(self, line: Line) -> dict[str, Any]:
+        """Add one line of a panel, thinned to extremes."""
+        chosen, time = self._time(line.time)
+        values = self.add(thin(np.asarray(line.values, dtype=float), chosen))
+        return {"role": line.role, "time": time, "values": values, "bucket": chosen.size}
+
+    def poses(self, time: Array, poses: Array) -> dict[str, Any]:
+        """Add a track: positions relative to their centre, so that 32 bits are sufficient, and the unwrapped heading.
+
+        `time`: (n,), s. `poses`: x, y, psi and more, (n, 3) or wider.
+        """
+        picks = np.unique(np.linspace(0, len(time) - 1, min(len(time), TRACK_POINTS)).astype(int))
+        x, y, psi = poses[picks, :3].T
+        middle = [float(np.nan_to_num(0.5 * (np.nanmin(axis) + np.nanmax(axis)))) for axis in (x, y)]
+        return {
+            "time": self.add(time[picks], "f8"),
+            "x": self.add(x - middle[0]),
+            "y": self.add(y - middle[1]),
+            "heading": self.add(np.unwrap(psi)),
+            "middle": middle,
+        }
+
+    def points(self, points: NDArray[np.complex128]) -> dict[str, Any]:
+        """Add positions x + i·y, relative to their centre."""
+        middle = [float(0.5 * (axis.min() + axis.max())) for axis in (points.real, points.imag)]
+        return {"x": self.add(points.real - middle[0]), "y": self.add(points.imag - middle[1]), "middle": middle}
+
+    def _time(self, time: Array) -> tuple[Buckets, dict[str, Any]]:
+        """The buckets of a time axis and its place; most lines share a few."""
+        # By identity: arrays of a run share one time axis. It is kept alive here, so that its id cannot be reused.
+        if id(time) not in self._times:
+            chosen = buckets(len(time), self._limit)
+            self._times[id(time)] = time, chosen, self.add(thin_time(time, chosen), "f8")
+        _, chosen, where = self._times[id(time)]
+        return chosen, where

@@ -18,15 +18,10 @@ Array = NDArray[np.float64]
 
 
 class Buckets(NamedTuple):
-    """A partition of samples.
+    """A partition of samples."""
 
-    Attributes:
-        samples: Number of samples, n.
-        size: Samples per bucket; 1 keeps every sample.
-    """
-
-    samples: int
-    size: int
+    samples: int  # number of samples, n
+    size: int  # samples per bucket; 1 keeps every sample
 
     @property
     def number(self) -> int:
@@ -35,12 +30,7 @@ class Buckets(NamedTuple):
 
 
 def buckets(samples: int, limit: int) -> Buckets:
-    """Choose the smallest buckets that reduce samples to at most `limit` values, two for each bucket.
-
-    Args:
-        samples: Number of samples, at least 1.
-        limit: Largest number of values, at least 2.
-    """
+    """Choose the smallest buckets that reduce samples to at most `limit` values, two for each bucket."""
     return Buckets(samples, 1 if samples <= limit else -(-samples // (limit // 2)))
 
 
@@ -57,11 +47,7 @@ def thin_time(time: Array, chosen: Buckets) -> Array:
 def thin(values: Array, chosen: Buckets) -> Array:
     """Minimum and maximum of each bucket in the order in which they occur, (2 m,); all values for buckets of one sample.
 
-    NaN is returned only for buckets that contain nothing else.
-
-    Args:
-        values: (n,).
-        chosen: Buckets of n samples.
+    NaN is returned only for buckets that contain nothing else. `values`: (n,).
     """
     if chosen.size == 1:
         return values
@@ -133,8 +119,7 @@ AXES = ("surge", "sway", "yaw")
 VELOCITIES = ("surge velocity", "sway velocity", "yaw rate")
 ACCELERATION_UNITS = ("m/s²", "m/s²", "rad/s²")
 
-JITTER = 1e-6
-"""Control intervals whose spread is below this are constant, as in lockstep, and not drawn, s."""
+JITTER = 1e-6  # control intervals whose spread is below this are constant, as in lockstep, and not drawn, s
 
 
 @dataclass(frozen=True)
@@ -149,23 +134,16 @@ class Line:
 
 @dataclass(frozen=True)
 class Panel:
-    """One diagram over time.
+    """One diagram over time."""
 
-    Attributes:
-        group, title, unit: Its section, its title and the unit of its values.
-        lines: At least one.
-        limits: Saturation limits, drawn at plus and minus each value.
-        step: Whether a value is held until the next one.
-        help: One or two plain sentences: what it shows, what is good.
-    """
-
+    # group, title, unit: its section, its title and the unit of its values
     group: str
     title: str
     unit: str
-    lines: tuple[Line, ...]
-    limits: tuple[Limit, ...] = ()
-    step: bool = False
-    help: str = ""
+    lines: tuple[Line, ...]  # at least one
+    limits: tuple[Limit, ...] = ()  # saturation limits, drawn at plus and minus each value
+    step: bool = False  # whether a value is held until the next one
+    help: str = ""  # one or two plain sentences: what it shows, what is good
 
 
 def panels(record: Record) -> list[Panel]:
@@ -189,8 +167,7 @@ def panels(record: Record) -> list[Panel]:
 def _control(run: Run, names: Sequence[tuple[str, str]]) -> tuple[Line, ...]:
     """Lines of terms of the law, as far as it computes them.
 
-    Args:
-        names: Keys of `Run.control` with their labels, at most three.
+    `names`: keys of `Run.control` with their labels, at most three.
     """
     lines: list[Line] = []
     for key, label in names:

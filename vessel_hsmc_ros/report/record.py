@@ -22,8 +22,7 @@ from vessel_hsmc_ros.reference.path_parameters import Point
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, clock, passed, track_errors
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-Paths = Sequence[tuple[float, Sequence[Point]]]
-"""Waypoints that were set by messages, with their times, s."""
+Paths = Sequence[tuple[float, Sequence[Point]]]  # waypoints that were set by messages, with their times, s
 
 
 Array = NDArray[Any]
@@ -46,8 +45,7 @@ def planned(scenario: Scenario | None, paths: Paths = ()) -> PlannedTrack | None
 def errors_of(run: Run, track: PlannedTrack | None, running: Array) -> TrackErrors | None:
     """Errors against the planned legs and turns; None without any.
 
-    Args:
-        running: Times of its samples since the reference began, without pauses, (n,) s.
+    `running`: times of its samples since the reference began, without pauses, (n,) s.
     """
     return None if track is None else track_errors(track, clock(track, running, run.reference), run.state[:, :2])
 
@@ -95,29 +93,17 @@ class Mark(NamedTuple):
 
 @dataclass(frozen=True)
 class Record:
-    """One run in a report.
+    """One run in a report."""
 
-    Attributes:
-        name: Short label of the run.
-        run: Its arrays.
-        metrics: None where there is no reference or no wrench to evaluate.
-        facts: Further measured values by their names in run.json.
-        scenario: None where the parameters are not known.
-        provenance: Code version, machine and time of the run, by label.
-        marks: Events of the run in the order of their times.
-        verdict: One to three plain sentences on the result.
-        track: The legs and turns that were planned; None where there are none.
-    """
-
-    name: str
+    name: str  # short label of the run
     run: Run
-    metrics: Metrics | None = None
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    scenario: Scenario | None = None
-    provenance: Mapping[str, Any] = field(default_factory=dict)
-    marks: tuple[Mark, ...] = ()
-    verdict: str = ""
-    track: PlannedTrack | None = None
+    metrics: Metrics | None = None  # None where there is no reference or no wrench to evaluate
+    facts: Mapping[str, Any] = field(default_factory=dict)  # further measured values by their names in run.json
+    scenario: Scenario | None = None  # None where the parameters are not known
+    provenance: Mapping[str, Any] = field(default_factory=dict)  # code version, machine and time of the run, by label
+    marks: tuple[Mark, ...] = ()  # events of the run in the order of their times
+    verdict: str = ""  # one to three plain sentences on the result
+    track: PlannedTrack | None = None  # the legs and turns that were planned; None where there are none
 
     @property
     def track_errors(self) -> TrackErrors | None:
@@ -174,14 +160,8 @@ def measured(
 ) -> Metrics | None:
     """Evaluate the metrics of a run with the applied wrench, or with the commanded one where no other was recorded.
 
-    Args:
-        scenario: Its limits and hull; None where they are not known.
-        marks: Its events; the time of pauses does not count.
-        until: End of the evaluated interval, s.
-        track: Its planned legs; those of its scenario if not given.
-
-    Returns:
-        None without a reference or any wrench.
+    `marks`: its events; the time of pauses does not count. `until`: end of the evaluated interval, s. Returns None without a
+    reference or any wrench.
     """
     wrench, command = run.wrench, commanded(run)
     if not recorded(wrench) and command is not None:
@@ -243,10 +223,8 @@ def _pauses(marks: Sequence[Mark]) -> Iterator[tuple[float, float]]:
 def over_shared_interval(records: Sequence[Record]) -> list[Record]:
     """Evaluate the metrics of runs of different duration over the interval that all of them cover.
 
-    A run that lasts longer has more time to converge or diverge, so metrics over whole runs would not be comparable.
-
-    Returns:
-        The records; if their durations differ, with metrics of the shared interval, and the interval among their facts.
+    A run that lasts longer has more time to converge or diverge, so metrics over whole runs would not be comparable. Returns
+    the records; if their durations differ, with metrics of the shared interval, and the interval among their facts.
     """
     ends = [float(record.run.time[-1]) for record in records]
     if not records or min(ends) == max(ends):

@@ -73,10 +73,7 @@ _DARK_PAGE = {
 def figure(path: Path | BytesIO, width: float, height: float) -> Iterator["Figure"]:
     """A context with an empty figure in the common style, which is saved at its end.
 
-    Args:
-        path: The file, whose suffix is the format, or where PNG is written to.
-        width: In inches.
-        height: In inches.
+    `path`: the file, whose suffix is the format, or where PNG is written to. `width`: in inches. `height`: in inches.
     """
     import matplotlib as mpl  # imported here: it takes longer than simulating a minute
     from matplotlib.figure import Figure

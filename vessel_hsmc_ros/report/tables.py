@@ -45,35 +45,24 @@ FACTS = {
     "start_up": ("from the command to the first control step", "s"),
     "real_time_factor": ("real-time factor", ""),
 }
-COSTS = ("missed_periods", "messages_dropped")
-"""Facts for which less is better, as for every metric."""
-
-NOTABLE = 0.01
-"""Relative difference below which a value is shown as neither better nor worse."""
-
+COSTS = ("missed_periods", "messages_dropped")  # facts for which less is better, as for every metric
+NOTABLE = 0.01  # relative difference below which a value is shown as neither better nor worse
 ROUNDING = 1e-9
 """Difference, in SI units and relative to the larger value, below which two values are equal but for their rounding."""
 
-LARGEST_SHARE = 10.0
-"""Largest difference, in multiples of the first value, that is expressed in percent."""
-
+LARGEST_SHARE = 10.0  # largest difference, in multiples of the first value, that is expressed in percent
 MISSING = "–"
 
 
 class Quantity(NamedTuple):
-    """A number to show.
+    """A number to show."""
 
-    Attributes:
-        label, value, unit: Its name, its number and its unit.
-        cost: Whether less is better.
-        relative: Whether a difference is also expressed in percent.
-    """
-
+    # label, value, unit: its name, its number and its unit
     label: str
     value: float
     unit: str
-    cost: bool
-    relative: bool
+    cost: bool  # whether less is better
+    relative: bool  # whether a difference is also expressed in percent
 
     @property
     def text(self) -> str:

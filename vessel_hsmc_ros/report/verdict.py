@@ -25,23 +25,15 @@ from vessel_hsmc_ros.report.record import Record, commanded, hull_length, leg_ro
 
 Array = NDArray[np.float64]
 
-HEADING_LAWS = ("course", "pd")
-"""Laws that control the heading only; their position error is no measure of them."""
-
-MIN_DURATION = 10.0
-"""A shorter run is too short for a verdict, in units of sqrt(length/g), the time scale of a hull."""
-
+HEADING_LAWS = ("course", "pd")  # laws that control the heading only; their position error is no measure of them
+MIN_DURATION = 10.0  # a shorter run is too short for a verdict, in units of sqrt(length/g), the time scale of a hull
 GRAVITY = 9.81
 TREND_SHARE, TREND_OVER_SCATTER = 0.05, 2.0
 """The error has a trend if a line through its second half rises or falls by this share of the mean error and by this multiple of
 the rms distance of the error from the line, which two or more oscillations exceed."""
 
-TURNED_DEG = 20.0
-"""Heading error at the end from which on it is mentioned."""
-
-NOTABLE = 0.01
-"""Share of the time, or of the control periods, from which on saturation and missed periods are mentioned."""
-
+TURNED_DEG = 20.0  # heading error at the end from which on it is mentioned
+NOTABLE = 0.01  # share of the time, or of the control periods, from which on saturation and missed periods are mentioned
 MIN_DISTANCE, NOTABLE_LENGTHS = 1e-6, 1e-3
 """Distances, m and in lengths of the hull, below which no number is given: rounding of the computation, of no use on a ship."""
 

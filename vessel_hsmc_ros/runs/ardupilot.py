@@ -23,13 +23,10 @@ from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.scenario.parameters import SimParameters
 
-PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}
-"""The forms of a packet by their magic numbers."""
-
+PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}  # the forms of a packet by their magic numbers
 GRAVITY = 9.80665
 
-SEPARATORS = ",", ":"
-"""The autopilot looks for the values next to the colons: after a blank it finds no vector."""
+SEPARATORS = ",", ":"  # the autopilot looks for the values next to the colons: after a blank it finds no vector
 
 
 class Outputs(NamedTuple):
@@ -53,11 +50,7 @@ def write_state(time: float, motion: Motion, acceleration: tuple[float, float, f
     """The answer to a frame.
 
     The accelerometer of a level ship shows the acceleration of the rotating body, (du - v·r, dv + u·r), and gravity.
-
-    Args:
-        time: Time of the physics, s.
-        motion: The ship's motion.
-        acceleration: du, dv, dr, the derivatives of the velocities in the body frame.
+    `acceleration`: du, dv, dr, the derivatives of the velocities in the body frame.
     """
     du, dv, _ = acceleration
     c, s = math.cos(motion.psi), math.sin(motion.psi)
@@ -75,9 +68,7 @@ def write_state(time: float, motion: Motion, acceleration: tuple[float, float, f
     return f"\n{json.dumps(content, separators=SEPARATORS)}\n".encode()
 
 
-PORT = 9002
-"""Where ArduPilot sends its outputs to."""
-
+PORT = 9002  # where ArduPilot sends its outputs to
 LONGEST_PACKET = 1024
 
 
@@ -91,12 +82,10 @@ class Wiring(NamedTuple):
 class Physics:
     """The ship of a scenario, which sends a state for the outputs of each frame.
 
-    A frame with the next number advances the ship by a period; one that is repeated is answered again; a number that goes back is
-    a new start of the autopilot, with which the ship starts anew.
-
-    Args:
-        parameters: Those of the plant. The autopilot has sensors of its own: noise, bias and delays of these do not count.
-        wiring: With thrusters an output for each, else those of skid steering, left and right.
+    A frame with the next number advances the ship by a period; one that is repeated is answered again; a number that goes back
+    is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has
+    sensors of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of
+    skid steering, left and right.
 
     Raises:
         ParameterError: the number of outputs does not fit, or a thruster turns.
@@ -173,13 +162,7 @@ class Physics:
 def serve(physics: Physics, address: tuple[str, int], duration: float, report: Callable[[str], None]) -> None:
     """Answer the frames that come to an address until the physics has reached a time.
 
-    Args:
-        address: Host and port.
-        duration: Time after which it ends, s; 0: never.
-        report: Takes lines for a person.
-
-    Raises:
-        RunError: the port is in use.
+    `duration`: time after which it ends, s; 0: never. Raises RunError if the port is in use.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
         try:

@@ -32,19 +32,12 @@ _own = threading.local()
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of one run.
+    """The result of one run."""
 
-    Attributes:
-        index: Number of the run among those of the call.
-        failure: Why it ended early, in one line; empty if it did not.
-        metrics: None for a run that ended early.
-        run: Its arrays, where they are kept; None for a run that ended early.
-    """
-
-    index: int
-    failure: str = ""
-    metrics: Metrics | None = None
-    run: Run | None = None
+    index: int  # number of the run among those of the call
+    failure: str = ""  # why it ended early, in one line; empty if it did not
+    metrics: Metrics | None = None  # None for a run that ended early
+    run: Run | None = None  # its arrays, where they are kept; None for a run that ended early
 
 
 class Task(NamedTuple):
@@ -65,19 +58,10 @@ def simulate_many(
 ) -> list[Outcome]:
     """Simulate and evaluate scenarios; a run that is unstable or fails is an outcome, not an error.
 
-    Args:
-        scenarios: One for each run, with its own seed; an iterator may make each when its turn comes.
-        keep: Numbers of the runs whose arrays are kept.
-        every: Of the kept arrays, keep every k-th row only.
-        workers: Number of runs at a time, in threads if the first scenario is compiled, otherwise in processes; None for one per
-            core.
-        on_result: Called with each outcome as soon as it is known.
-
-    Returns:
-        The outcomes in the order of the scenarios.
-
-    Raises:
-        RunError: a worker process was killed.
+    `scenarios`: one for each run, with its own seed; an iterator may make each when its turn comes. `every`: of the kept
+    arrays, keep every k-th row only. `workers`: number of runs at a time, in threads if the first scenario is compiled,
+    otherwise in processes; None for one per core. `on_result`: called with each outcome as soon as it is known. Raises RunError
+    if a worker process was killed.
     """
     outcomes: list[Outcome] = []
 
@@ -104,11 +88,8 @@ def simulate_one(
 ) -> Outcome:
     """Simulate and evaluate one scenario.
 
-    Args:
-        index: Number of the run.
-        keep: Whether to keep its arrays.
-        every: Of the kept arrays, keep every k-th row only.
-        progress: Called now and then with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
+    `every`: of the kept arrays, keep every k-th row only. `progress`: called now and then with the completed fraction, from 0
+    to 1; may raise an exception to cancel the run.
     """
     try:
         # The legs are judged by the positions, which a run that is only to be evaluated does not keep.

@@ -24,59 +24,41 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
-FALLBACK_RATE_HZ = 100.0
-"""Rate of a law that is unstable at the requested one; the notes of the comparison mention it."""
-
-POINTS = 3000
-"""Approximate number of points of a line in a figure."""
-
-SETTLED = 100.0
-"""Reversals of the wrench are counted after this transient, or over the last quarter of a shorter run, s."""
+FALLBACK_RATE_HZ = 100.0  # rate of a law that is unstable at the requested one; the notes of the comparison mention it
+POINTS = 3000  # approximate number of points of a line in a figure
+SETTLED = 100.0  # reversals of the wrench are counted after this transient, or over the last quarter of a shorter run, s
 
 
 class LawMetrics(NamedTuple):
-    """Tracking errors over the row's window and at the end, and the control effort of the whole run.
+    """Tracking errors over the row's window and at the end, and the control effort of the whole run."""
 
-    Attributes:
-        position_rms, position_largest: Over the row's window, m.
-        position_final: m.
-        heading_rms_deg: Over the row's window.
-        surge_force_rms, yaw_moment_rms: N, N·m.
-        reversals: Sign changes of the rate of force or moment, whichever has more, 1/s; a measure of chattering.
-        travel: Actuator travel, the sum for force and moment, 1/min; NaN without limits.
-        legs: Cross-track error on the planned legs of the whole run, rms, m; None without legs.
-    """
-
+    # position_rms, position_largest: over the row's window, m
     position_rms: float
     position_largest: float
-    position_final: float
-    heading_rms_deg: float
+    position_final: float  # m
+    heading_rms_deg: float  # over the row's window
+    # surge_force_rms, yaw_moment_rms: N, N·m
     surge_force_rms: float
     yaw_moment_rms: float
-    reversals: float
-    travel: float = math.nan
-    legs: float | None = None
+    reversals: float  # sign changes of the rate of force or moment, whichever has more, 1/s; a measure of chattering
+    travel: float = math.nan  # actuator travel, the sum for force and moment, 1/min; NaN without limits
+    legs: float | None = None  # cross-track error on the planned legs of the whole run, rms, m; None without legs
 
 
 @dataclass(frozen=True)
 class LawRun:
-    """The outcome of one law on one row.
+    """The outcome of one law on one row."""
 
-    Attributes:
-        row, law, rate_hz: The case, the law and its rate.
-        fell_back: Whether the rate is FALLBACK_RATE_HZ because the law is unstable at the requested one.
-        failure: Why the run ended early, in one line; empty if it did not.
-        metrics, verdict: None for a run that ended early.
-        lines: Decimated time, ship and reference positions and position error, (m, 6), for the figures.
-    """
-
+    # row, law, rate_hz: the case, the law and its rate
     row: Row
     law: str
     rate_hz: float
-    fell_back: bool = False
-    failure: str = ""
+    fell_back: bool = False  # whether the rate is FALLBACK_RATE_HZ because the law is unstable at the requested one
+    failure: str = ""  # why the run ended early, in one line; empty if it did not
+    # metrics, verdict: None for a run that ended early
     metrics: LawMetrics | None = None
     verdict: Verdict | None = None
+    # decimated time, ship and reference positions and position error, (m, 6), for the figures
     lines: Array = field(default_factory=lambda: np.empty((0, 6)))
 
     @property
@@ -102,12 +84,8 @@ def default_laws() -> list[str]:
 def prepare(task: Task) -> tuple[Scenario, bool]:
     """Load the scenario of a task; a law that is unstable at the requested rate falls back to FALLBACK_RATE_HZ.
 
-    Returns:
-        The scenario, and whether the rate fell back.
-
-    Raises:
-        ScenarioError: the scenario does not exist or cannot be read.
-        ParameterError: a changed parameter is unknown or out of range.
+    Returns the scenario, and whether the rate fell back. Raises ScenarioError if the scenario does not exist or cannot be read;
+    ParameterError if a changed parameter is unknown or out of range.
     """
     changes = {**task.row.changes, "controller.law": task.law}
     if task.rate_hz is not None:
@@ -121,8 +99,7 @@ def prepare(task: Task) -> tuple[Scenario, bool]:
 def run_task(task: Task, progress: Callable[[float], None] | None = None) -> LawRun:
     """Simulate and evaluate one law on one row; a simulation that fails is an outcome, not an error.
 
-    Args:
-        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
+    `progress`: called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     scenario, fell_back = prepare(task)
     outcome = LawRun(task.row, task.law, scenario.controller.rate_hz, fell_back)
@@ -137,9 +114,7 @@ def run_task(task: Task, progress: Callable[[float], None] | None = None) -> Law
 def measure(row: Row, run: Run, scenario: Scenario, legs: float = math.inf) -> LawMetrics:
     """Evaluate the metrics of a run over the window of its row.
 
-    Args:
-        scenario: Its scenario, for the limits of the actuators and of the law.
-        legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
+    `legs`: cross-track error on the planned legs, rms, m; infinite where there are none.
     """
     span = run.time[-1] - run.time[0]
     window = run.time >= run.time[0] + WINDOWS[row.over] * span
@@ -171,13 +146,7 @@ def _lines(run: Run) -> Array:
 def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[LawRun], None] | None = None) -> list[LawRun]:
     """Run all tasks in parallel processes.
 
-    Args:
-        tasks: The rows and laws to run.
-        jobs: Number of processes; None for one per core.
-        progress: Called with each outcome as soon as it is known.
-
-    Returns:
-        The outcomes in the order of the tasks.
+    `jobs`: number of processes; None for one per core.
 
     Raises:
         ScenarioError: a scenario does not exist or cannot be read.
@@ -190,25 +159,17 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
 
 
 class Compared(NamedTuple):
-    """Recorded runs side by side.
+    """Recorded runs side by side."""
 
-    Attributes:
-        head: The names of the runs, after an empty one for the labels.
-        table: Label and value for each run; MISSING where a run lacks it.
-        files: The written files by kind.
-    """
-
-    head: list[str]
-    table: list[list[str]]
-    files: dict[str, Path]
+    head: list[str]  # the names of the runs, after an empty one for the labels
+    table: list[list[str]]  # label and value for each run; MISSING where a run lacks it
+    files: dict[str, Path]  # the written files by kind
 
 
 def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:
     """Compare the metrics of recorded runs, and write their common page and figures into a run folder.
 
-    Raises:
-        BagError: a bag cannot be read or has no odometry.
-        ReportError: the page or a figure cannot be written.
+    Raises BagError if a bag cannot be read or has no odometry; ReportError if the page or a figure cannot be written.
     """
     records = read(bags)
     made = write(records, Options(page=folder.report, figures="png"))

@@ -27,9 +27,7 @@ NUMBERS = (
 """Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel,
 error on the legs."""
 
-MAX_FINDINGS = 3
-"""Largest number of rows that the title names, and that have a sentence each."""
-
+MAX_FINDINGS = 3  # largest number of rows that the title names, and that have a sentence each
 COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
 
@@ -129,8 +127,7 @@ class Overview(NamedTuple):
 def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
     """The rms errors with their verdicts, the largest errors and the actuator travel of all rows.
 
-    Returns:
-        A table for each quantity, with a column for each law; a single one with three columns for a single law.
+    Returns a table for each quantity, with a column for each law; a single one with three columns for a single law.
     """
     laws = list(dict.fromkeys(outcome.law for outcome in outcomes))
     rows = [(row, {outcome.law: outcome for outcome in of_row}) for row, of_row in by_row(outcomes)]
@@ -249,10 +246,7 @@ def _record(outcome: LawRun) -> dict[str, Any]:
 def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
     """Draw the tracks of all laws with the reference, and their position errors over time.
 
-    Args:
-        row: The case, whose limit is drawn.
-        outcomes: Its runs; those without lines are omitted.
-        path: The PNG file.
+    `row`: the case, whose limit is drawn. `outcomes`: its runs; those without lines are omitted.
     """
     with figure(path, 10.0, 4.6) as picture:
         tracks, errors = picture.subplots(1, 2)

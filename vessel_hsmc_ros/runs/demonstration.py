@@ -22,15 +22,9 @@ SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "hierarchical_printed")
 """In the order of their colours in comparisons (`comparison_page.COLOURS`), so that a law has one colour in every figure."""
 
-DURATION = 150.0
-"""Simulated time, s: long enough to show which law converges, and short enough to wait for."""
-
-CONVERGED = 0.5
-"""A law with a smaller rms position error over the last quarter of the run counts as converged, m."""
-
-UNEQUAL_FORCES = 10.0
-"""Ratio of the largest surge forces of two runs above which their approaches cannot be compared."""
-
+DURATION = 150.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
+CONVERGED = 0.5  # a law with a smaller rms position error over the last quarter of the run counts as converged, m
+UNEQUAL_FORCES = 10.0  # ratio of the largest surge forces of two runs above which their approaches cannot be compared
 TITLES = {
     "hierarchical": "The paper's law, repaired (hierarchical)",
     "hierarchical_printed": "The paper's law as printed (hierarchical_printed)",
@@ -54,16 +48,8 @@ class Task(NamedTuple):
 def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], None]) -> RunFolder:
     """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it.
 
-    Args:
-        output: Folder in which a folder for those of the runs is created.
-        progress: Called with the sum of the simulated times.
-        on_result: Called with the result of each run as soon as it has ended; what it raises ends the others.
-
-    Returns:
-        The folder that has those of the runs.
-
-    Raises:
-        RunError: ROS is not installed, or other runs use the domains.
+    `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others. Raises RunError if
+    ROS is not installed, or other runs use the domains.
     """
     cores = len(os.sched_getaffinity(0))
     with free_domains(min(cores, len(LAWS))) as domains:
@@ -95,12 +81,7 @@ class Comparison(NamedTuple):
 def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
     """Write a page that overlays the runs of the demonstration.
 
-    Args:
-        page: The page's file; its figures go beside it.
-
-    Raises:
-        BagError: a bag cannot be read.
-        ReportError: the page or a figure cannot be written.
+    Raises BagError if a bag cannot be read; ReportError if the page or a figure cannot be written.
     """
     from vessel_hsmc_ros.report.making import Options, read, write  # imports the libraries of reports
 

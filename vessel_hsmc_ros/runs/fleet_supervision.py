@@ -23,34 +23,25 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 CONNECT_LIMIT_PER_VESSEL = 10.0
 """Further time for the discovery of the nodes of each vessel, s: their processes share the cores while they start."""
 
-SILENCE_LIMIT = 10.0
-"""As of a single vessel, s, but longer: many processes share the cores."""
-
+SILENCE_LIMIT = 10.0  # as of a single vessel, s, but longer: many processes share the cores
 OWN_PROCESSES = 4
 """Up to so many vessels, every node has a process of its own; in real time always, so that one does not delay another."""
 
 
 @dataclass(frozen=True)
 class Processes:
-    """How the nodes of a fleet are spread over processes.
+    """How the nodes of a fleet are spread over processes."""
 
-    Attributes:
-        names: The processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels.
-        groups: The arguments of each group, by its name.
-        plants: Namespaces of the vessels whose plants run in a process, by its name.
-    """
-
+    # the processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels
     names: tuple[str, ...]
-    groups: Mapping[str, Sequence[str]]
-    plants: Mapping[str, Sequence[str]]
+    groups: Mapping[str, Sequence[str]]  # the arguments of each group, by its name
+    plants: Mapping[str, Sequence[str]]  # namespaces of the vessels whose plants run in a process, by its name
 
 
 def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:
     """Give every node a process; the nodes of a large fleet in lockstep share as many processes as there are cores.
 
-    Args:
-        by_thrusters: Whether thrusters drive the ships, so that their allocations take part.
-        lockstep: Whether the fleet runs in lockstep.
+    `by_thrusters`: whether thrusters drive the ships, so that their allocations take part.
     """
     if len(vessels) <= OWN_PROCESSES or not lockstep:
         return Processes(taking_part(by_thrusters, vessels), {}, {f"{vessel}/{PLANT}": [vessel] for vessel in vessels})
@@ -63,13 +54,8 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Proces
 def supervise_fleet(folder: RunFolder, vessels: Sequence[str], progress: Progress, processes: Processes) -> ExitStatus:
     """Start the nodes of all vessels and a recorder, wait until every plant has ended the run, stop them.
 
-    Args:
-        folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
-        progress: Called with the simulated time that every vessel has reached.
-        processes: How the nodes are spread over processes.
-
-    Returns:
-        How the run ended; a failure names the node with the namespace of its vessel, and is not raised.
+    `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. Returns how the run ended; a
+    failure names the node with the namespace of its vessel, and is not raised.
     """
     with (
         Interrupts() as interrupts,

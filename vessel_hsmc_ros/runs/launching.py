@@ -18,8 +18,7 @@ from launch import Event, EventHandler, LaunchContext
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module
 
-FAILED = "vessel_hsmc_ros_failed"
-"""Where a launch context keeps the reason of its end."""
+FAILED = "vessel_hsmc_ros_failed"  # where a launch context keeps the reason of its end
 
 
 class Failure(Event):  # type: ignore[misc]
@@ -69,11 +68,7 @@ def argument(context: LaunchContext, name: str) -> str:
 
 
 def flag(context: LaunchContext, name: str) -> bool:
-    """A launch argument that is true or false, in capital letters or not.
-
-    Raises:
-        ParameterError: it is neither.
-    """
+    """A launch argument that is true or false, in capital letters or not. Raises ParameterError if it is neither."""
     text = argument(context, name)
     if text.lower() not in ("true", "false"):
         raise ParameterError(f"{name} must be true or false (got {text!r})")
@@ -83,8 +78,7 @@ def flag(context: LaunchContext, name: str) -> bool:
 def namespace_of(context: LaunchContext) -> str:
     """The absolute namespace of the nodes: the argument `namespace` below what `PushRosNamespace` has pushed.
 
-    Raises:
-        ParameterError: it is not a namespace.
+    Raises ParameterError if it is not a namespace.
     """
     given = argument(context, "namespace")
     namespace = str(make_namespace_absolute(prefix_namespace(context.launch_configurations.get("ros_namespace"), given)))

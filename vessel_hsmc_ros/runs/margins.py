@@ -26,28 +26,17 @@ from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
-GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0
-"""The margins below which a loop is reported."""
-
-MAX_DURATION, RATE_HZ = 400.0, 20.0
-"""Of the reference at most this time, s, is looked at, at this rate."""
-
-SMALL = 0.02
-"""Share of a limit below which a force or moment that varies does not matter."""
+GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0  # the margins below which a loop is reported
+MAX_DURATION, RATE_HZ = 400.0, 20.0  # of the reference at most this time, s, is looked at, at this rate
+SMALL = 0.02  # share of a limit below which a force or moment that varies does not matter
 
 
 class Need(NamedTuple):
-    """What the reference needs of an input in calm water, 99 % of the time.
+    """What the reference needs of an input in calm water, 99 % of the time."""
 
-    Attributes:
-        size: Largest magnitude, N or N·m.
-        rate: Largest rate of change, per second.
-        frequency: omega, rad/s; 0 for an input that varies by less than a fiftieth of its limit.
-    """
-
-    size: float
-    rate: float
-    frequency: float
+    size: float  # largest magnitude, N or N·m
+    rate: float  # largest rate of change, per second
+    frequency: float  # omega, rad/s; 0 for an input that varies by less than a fiftieth of its limit
 
 
 class Study(NamedTuple):
@@ -82,9 +71,8 @@ def _actuators(scenario: Scenario) -> tuple[tuple[float, float], tuple[float, fl
 def study(scenario: Scenario) -> Study:
     """Linearise the law of a scenario on its ship, and compute what the reference needs.
 
-    Raises:
-        ParameterError: the law is not compiled, a gain or the reference is not allowed.
-        SimulationError: the motion of the reference is no longer finite.
+    Raises ParameterError if the law is not compiled, a gain or the reference is not allowed; SimulationError if the motion of
+    the reference is no longer finite.
     """
     count = int(min(scenario.vessel_sim.duration or MAX_DURATION, MAX_DURATION) * RATE_HZ)
     motion = trajectory(scenario.reference_ship, RATE_HZ, max(count, 3))
@@ -147,8 +135,7 @@ def shortcomings(scenario: Scenario, found: Study) -> list[str]:
 def _too_slow(name: str, unit: str, need: Need, limit: float, rate: float, loop: Margins) -> list[str]:
     """In what an input is too weak or too slow for the reference.
 
-    Args:
-        limit, rate: Its largest magnitude and rate of change.
+    `limit`, `rate`: its largest magnitude and rate of change.
     """
     lines = []
     if need.size > limit:

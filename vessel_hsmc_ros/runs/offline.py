@@ -27,10 +27,7 @@ Progress = Callable[[int, int], None]
 class ClosedLoop:
     """Plant, reference ship and controller in one process, with everything that they publish.
 
-    Args:
-        scenario: A scenario from `load_scenario`.
-        law: A control law that replaces the scenario's.
-        interpreted: Run the plain Python text, also where it could be compiled; the numbers are the same.
+    `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same.
 
     Attributes:
         samples: Number of odometry messages of the complete run.
@@ -65,12 +62,8 @@ class ClosedLoop:
     def run(self, progress: Progress | None = None) -> None:
         """Run to the end of the scenario.
 
-        Args:
-            progress: Called now and then, and at the end, with the number of samples done and their total number.
-
-        Raises:
-            SimulationError: the motion is no longer finite.
-            ControlError: the law is not defined at a state of the run.
+        `progress`: called now and then, and at the end, with the number of samples done and their total number. Raises
+        SimulationError if the motion is no longer finite; ControlError if the law is not defined at a state of the run.
         """
         loop = self._loop
         while loop.done < self.samples:

@@ -21,24 +21,16 @@ from vessel_hsmc_ros.scenario.law_file import law_file_options
 MODULES = {name: LOOP[name].module for name in START_ORDER}
 """Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
 
-AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items()}
-"""Nodes that take part on demand."""
-
+AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items()}  # nodes that take part on demand
 WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
 """Nodes that only observe a run: their failure does not affect it."""
 
-VESSEL_GROUP = "vessel_hsmc_ros.nodes.vessel_group"
-"""The module that runs the nodes of several vessels in one process."""
-
-STOP_LIMIT = 8.0
-"""Time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines."""
-
+VESSEL_GROUP = "vessel_hsmc_ros.nodes.vessel_group"  # the module that runs the nodes of several vessels in one process
+STOP_LIMIT = 8.0  # time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines
 LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
 """The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
 
-LOG_RESERVE = 16 * 1024
-"""Disk space that is reserved for each log, bytes."""
-
+LOG_RESERVE = 16 * 1024  # disk space that is reserved for each log, bytes
 _PR_SET_PDEATHSIG = 1
 _FALLOC_FL_KEEP_SIZE = 1
 _FATAL_LINE = re.compile(r"^\[FATAL\]", re.MULTILINE)
@@ -78,8 +70,6 @@ class NodeGroup:
     """The processes of one closed loop; leaving the context stops them all.
 
     Args:
-        parameters: The ROS parameters file of all nodes.
-        logs: Folder for their output.
         namespace: Their namespace, without leading and trailing slashes.
         names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
             such as `vessel_2/controller`.
@@ -184,11 +174,7 @@ def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] |
 
 
 def _reserve(file: int) -> None:
-    """Reserve disk space for the log of a node, so that it can still report that the disk is full.
-
-    Raises:
-        OSError: the disk is full already.
-    """
+    """Reserve disk space for the log of a node, so that it can still report that the disk is full."""
     libc = ctypes.CDLL(None, use_errno=True)
     size = ctypes.c_long(LOG_RESERVE)
     if libc.fallocate(file, _FALLOC_FL_KEEP_SIZE, ctypes.c_long(0), size) and ctypes.get_errno() != errno.EOPNOTSUPP:

@@ -32,28 +32,21 @@ DOMAIN, LAST_DOMAIN = "ROS_DOMAIN_ID", 101
 
 @dataclass
 class Result:
-    """The result of a run.
-
-    Attributes:
-        folder: The run folder.
-        exit_code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
-        failure: What failed, in one line; empty if nothing did.
-        metrics: Metrics of the run; None if it is too short for them.
-        facts: All other measured values, by their keys in run.json.
-    """
+    """The result of a run."""
 
     folder: RunFolder
-    exit_code: int = 0
-    failure: str = ""
-    metrics: Metrics | None = None
-    facts: dict[str, Any] = field(default_factory=dict)
+    exit_code: int = 0  # 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run
+    failure: str = ""  # what failed, in one line; empty if nothing did
+    metrics: Metrics | None = None  # metrics of the run; None if it is too short for them
+    facts: dict[str, Any] = field(default_factory=dict)  # all other measured values, by their keys in run.json
+    # of a fleet, the recorded run of each vessel, named by its namespace; none if the run failed
+    records: list["Record"] = field(default_factory=list)
 
 
 def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
     """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock.
 
-    Raises:
-        RunError: ROS is not installed, or another run uses them.
+    Raises RunError if ROS is not installed, or another run uses them.
     """
     context: AbstractContextManager[None] = supervisor_module().exclusive(namespace, lockstep)
     return context
@@ -63,11 +56,8 @@ def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextM
 def free_domains(count: int) -> Iterator[list[str]]:
     """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones.
 
-    Args:
-        count: How many there are at most; at least there is one.
-
-    Raises:
-        RunError: ROS is not installed, or there is no such domain.
+    `count`: how many there are at most; at least there is one. Raises RunError if ROS is not installed, or there is no such
+    domain.
     """
     module, given = supervisor_module(), os.environ.get(DOMAIN)
     # After the default the highest ones: people and test tools count upwards, and nodes that are started by hand reserve none.
@@ -99,22 +89,10 @@ def run_nodes(
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
-    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made.
-
-    Args:
-        scenario: A resolved scenario; its bag is recorded into the run folder.
-        namespace: Namespace of the nodes, without leading and trailing slashes.
-        progress: Called with the simulated time.
-        live_port: Port of the live view; None for no live view.
-        requested_at: Time from which the start-up is measured, as of `time.time()`; the start of this process by default.
-        faults: Faults to carry out, checked against the scenario; None for a run without a relay.
-        with_page: Whether to write page and figures.
-
-    Returns:
-        The result; a failed run is a result with a nonzero exit code.
-
-    Raises:
-        RunError: ROS is not installed.
+    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
+    namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
+    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default. Returns
+    the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
     """
     supervisor = supervisor_module()
     origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
@@ -125,33 +103,16 @@ def run_nodes(
     folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
     status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection)
     result = Result(folder, status.code, status.failure)
-    try:
-        _write_summary(result, origin)  # first of all: what follows takes seconds and may be interrupted
-        if not result.failure:
-            _evaluate_bag(result, origin, requested_at or _process_start(), with_page)
-    except (BagError, ReportError, RunError) as error:
-        _note_failure(result, error)
-        _write_summary_if_possible(result, origin)
+    summarise(result, origin, lambda: _evaluate_bag(result, origin, requested_at or _process_start(), with_page))
     return result
 
 
 def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True, with_page: bool = True) -> Result:
     """Run a scenario in this process, without ROS, and write a run folder with its bag.
 
-    A run that fails or is interrupted is recorded up to there, but no page and no figures are made.
-
-    Args:
-        scenario: A resolved scenario.
-        parent: Folder in which the run folder is created.
-        progress: Called with the simulated time.
-        with_page: Whether to write page and figures.
-
-    Returns:
-        The result; a failed run is a result with a nonzero exit code.
-
-    Raises:
-        ScenarioError: the scenario has no duration.
-        RunError: the run folder cannot be created, or its parameters cannot be written.
+    A run that fails or is interrupted is recorded up to there, but no page and no figures are made. Returns the result; a
+    failed run is a result with a nonzero exit code. Raises ScenarioError if the scenario has no duration; RunError if the run
+    folder cannot be created, or its parameters cannot be written.
     """
     origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
@@ -160,14 +121,20 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
     if with_bag:
         _write_bag(loop, result, scenario)
-    try:
-        _write_summary(result, origin)  # before the page, which takes seconds and may be interrupted
-        if not result.failure:
-            _evaluate_run(result, scenario, loop.result(), origin, with_page)
-    except (ReportError, RunError) as error:
-        _note_failure(result, error)
-        _write_summary_if_possible(result, origin)
+    summarise(result, origin, lambda: _evaluate_run(result, scenario, loop.result(), origin, with_page))
     return result
+
+
+def summarise(result: Result, origin: Mapping[str, Any], evaluate: Callable[[], None]) -> None:
+    """Write the summary of a run, and evaluate it if it has not failed; what cannot be read or written is its failure."""
+    try:
+        write_results(result, origin)  # first of all: what follows takes seconds and may be interrupted
+        if not result.failure:
+            evaluate()
+    except (BagError, ReportError, RunError) as error:
+        _note_failure(result, error)
+        with suppress(RunError):
+            write_results(result, origin)
 
 
 def _note_failure(result: Result, error: Exception) -> None:
@@ -198,11 +165,7 @@ def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> 
 
 
 def check_live_port(port: int) -> None:
-    """Check that a live view can be served.
-
-    Raises:
-        RunError: its library is missing, or the port is in use.
-    """
+    """Check that a live view can be served. Raises RunError if its library is missing, or the port is in use."""
     if importlib.util.find_spec("foxglove") is None:
         raise RunError("the live view needs foxglove-sdk, which is not installed: pip install foxglove-sdk")
     try:
@@ -215,9 +178,8 @@ def check_live_port(port: int) -> None:
 def supervisor_module() -> Any:
     """Import the module that needs ROS.
 
-    Raises:
-        InstallationError: two installations of ROS would mix, or the messages are others.
-        RunError: ROS is not installed.
+    Raises InstallationError if two installations of ROS would mix, or the messages are others; RunError if ROS is not
+    installed.
     """
     check_ros()
     try:
@@ -256,17 +218,13 @@ def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], w
     shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
     record = replace(record, facts=result.facts, provenance={**shown, **record.provenance})
     result.metrics = record.metrics
-    _write_summary(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
+    write_results(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
     if with_page:
         write_page(result.folder, [record], record.name)
 
 
 def write_page(folder: RunFolder, records: Sequence["Record"], title: str) -> None:
-    """Write page and figures of the runs of a folder.
-
-    Raises:
-        ReportError: they cannot be written.
-    """
+    """Write page and figures of the runs of a folder. Raises ReportError if they cannot be written."""
     from vessel_hsmc_ros import report
     from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
 
@@ -274,15 +232,10 @@ def write_page(folder: RunFolder, records: Sequence["Record"], title: str) -> No
     figures.draw(records, folder.figures)
 
 
-def _write_summary(result: Result, origin: Mapping[str, Any]) -> None:
+def write_results(result: Result, origin: Mapping[str, Any]) -> None:
+    """Write run.json with what is known of a run so far."""
     metrics = result.metrics._asdict() if result.metrics else None
     write_summary(result.folder, origin, result.exit_code, result.failure, {"metrics": metrics, **result.facts})
-
-
-def _write_summary_if_possible(result: Result, origin: Mapping[str, Any]) -> None:
-    """Write the summary of a run that has failed already."""
-    with suppress(RunError):
-        _write_summary(result, origin)
 
 
 def _process_start() -> float:

@@ -15,12 +15,8 @@ from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
 
-TRACKED = 0.02
-"""Largest position error on the circle, in lengths of the ship, with which it counts as tracked."""
-
-NEGLIGIBLE = 1e-4
-"""Position error in lengths of the ship below which its digits mean nothing."""
-
+TRACKED = 0.02  # largest position error on the circle, in lengths of the ship, with which it counts as tracked
+NEGLIGIBLE = 1e-4  # position error in lengths of the ship below which its digits mean nothing
 CALM: dict[str, object] = {
     "vessel_sim.disturbance.earth_fixed.east_force": 0.0,
     "vessel_sim.disturbance.earth_fixed.north_force": 0.0,
@@ -33,31 +29,21 @@ CALM: dict[str, object] = {
 
 
 class ShipCheck(NamedTuple):
-    """What a ship can do, and how it follows the circle of its scenario.
+    """What a ship can do, and how it follows the circle of its scenario."""
 
-    Attributes:
-        speed: Steady speed straight ahead under the full surge force, m/s.
-        fastest: Speed up to which the hull data are valid, m/s.
-        turn_rate, turn_diameter: Steady yaw rate, and diameter of the turning circle, m, under full force and moment.
-        demand: Drift angle, surge force and yaw moment that the circle takes in calm water.
-        surge_share, yaw_share: The last two as shares of the limits.
-        error: Largest position error in the last quarter of the run, m.
-        error_lengths: The same in lengths of the ship.
-        duration: Duration of that run, s.
-        noise: Standard deviation of the measured positions, in lengths; the error may be as large as theirs.
-    """
-
-    speed: float
-    fastest: float
+    speed: float  # steady speed straight ahead under the full surge force, m/s
+    fastest: float  # speed up to which the hull data are valid, m/s
+    # turn_rate, turn_diameter: steady yaw rate, and diameter of the turning circle, m, under full force and moment
     turn_rate: float
     turn_diameter: float
-    demand: Demand
+    demand: Demand  # drift angle, surge force and yaw moment that the circle takes in calm water
+    # surge_share, yaw_share: the last two as shares of the limits
     surge_share: float
     yaw_share: float
-    error: float
-    error_lengths: float
-    duration: float
-    noise: float = 0.0
+    error: float  # largest position error in the last quarter of the run, m
+    error_lengths: float  # the same in lengths of the ship
+    duration: float  # duration of that run, s
+    noise: float = 0.0  # standard deviation of the measured positions, in lengths; the error may be as large as theirs
 
     @property
     def tracked(self) -> bool:
@@ -68,8 +54,7 @@ class ShipCheck(NamedTuple):
 def check_ship(scenario: Scenario) -> ShipCheck:
     """Simulate a run straight ahead, a turning circle, and the scenario itself.
 
-    Args:
-        scenario: One with a circle as reference and limits of the propulsion, as `vessel-hsmc init` writes it.
+    `scenario`: one with a circle as reference and limits of the propulsion, as `vessel-hsmc init` writes it.
 
     Raises:
         ParameterError: the propulsion has no limits.
@@ -103,9 +88,7 @@ def check_ship(scenario: Scenario) -> ShipCheck:
 def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
     """A run in calm water under the full surge force and a constant yaw moment, until the motion is steady.
 
-    Args:
-        scenario: The ship; its law and reference do not matter.
-        yaw_moment: N·m.
+    `yaw_moment`: N·m.
     """
     duration = max(40.0 * scale.T, 8.0 * scale.m11 * scale.U / scale.F)
     changes = CALM | {

@@ -36,15 +36,10 @@ from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
 
 @dataclass(frozen=True)
 class Injection:
-    """The faults of a run.
-
-    Attributes:
-        script: The faults.
-        scenario: The scenario in which they are carried out.
-    """
+    """The faults of a run."""
 
     script: FaultScript
-    scenario: Scenario
+    scenario: Scenario  # the scenario in which they are carried out
 
     def relayed(self, scenario: Scenario) -> Scenario:
         """The scenario as its nodes run it: they record what is relayed, and in lockstep answer every step."""
@@ -128,32 +123,21 @@ class ProcessFaults:
         return ""
 
 
-CONNECT_LIMIT = 20.0
-"""Time limit for the discovery of the nodes, and for the start of the live view, s."""
-
-SILENCE_LIMIT = 3.5
-"""A node publishes diagnostics every second; without any for this time, s, it is considered to hang."""
-
+CONNECT_LIMIT = 20.0  # time limit for the discovery of the nodes, and for the start of the live view, s
+SILENCE_LIMIT = 3.5  # a node publishes diagnostics every second; without any for this time, s, it is considered to hang
 STARVED_LIMIT = 20.0
 """After this time, s, without a report of any node all of them are considered to hang, not the machine to be busy."""
 
-INTERRUPTED = 128
-"""Offset of the exit code after a signal, whose number is added to it, as in a shell."""
-
+INTERRUPTED = 128  # offset of the exit code after a signal, whose number is added to it, as in a shell
 Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
 class ExitStatus:
-    """How a run ended.
+    """How a run ended."""
 
-    Attributes:
-        code: 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run.
-        failure: What failed, in one line; empty if nothing did.
-    """
-
-    code: int
-    failure: str = ""
+    code: int  # 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run
+    failure: str = ""  # what failed, in one line; empty if nothing did
 
 
 class Interrupts:
@@ -183,9 +167,7 @@ class Interrupts:
 def after_shutdown(status: ExitStatus, failed: NodeProcess | None, bag: Path) -> ExitStatus:
     """How a run ended whose nodes have shut down, its bag complete.
 
-    Args:
-        failed: A node that has failed; one may do so after the plant has ended the run.
-        bag: The bag, which is repaired where the recorder was killed.
+    `failed`: a node that has failed; one may do so after the plant has ended the run.
     """
     if not status.failure and failed:
         status = ExitStatus(1, failed.describe_exit())
@@ -200,9 +182,7 @@ def after_shutdown(status: ExitStatus, failed: NodeProcess | None, bag: Path) ->
 def silence(heard_at: Mapping[str, float], limit: float) -> str:
     """The nodes without diagnostics for longer than a limit, as the end of an error message.
 
-    Args:
-        heard_at: Times of the latest diagnostics of the nodes that should have some, on the monotonic clock, s.
-        limit: The limit, s.
+    `heard_at`: times of the latest diagnostics of the nodes that should have some, on the monotonic clock, s.
     """
     now = time.monotonic()
     latest = min(max(heard_at.values(), default=now), now)
@@ -220,12 +200,9 @@ def _named(silent: Mapping[str, float]) -> str:
 def silent_after(listener: StatusListener, names: Collection[str], limit: float) -> str:
     """The nodes that report nothing any more after another has ended, as the end of an error message.
 
-    A node that gave up waiting names itself; the one that it waited for is the likely cause. It may have reported just before it
-    hung, or never: so this listens until every node has reported again, or for the limit.
-
-    Args:
-        listener: Hears the diagnostics.
-        limit: The limit, s; longer than the period of diagnostics.
+    A node that gave up waiting names itself; the one that it waited for is the likely cause. It may have reported just before
+    it hung, or never: so this listens until every node has reported again, or for the limit. `limit`: the limit, s; longer than
+    the period of diagnostics.
     """
     failed_at = time.monotonic()
     quiet = {*names}
@@ -250,16 +227,9 @@ def supervise(
 ) -> ExitStatus:
     """Start the nodes, wait until the plant ends the run, stop them.
 
-    Args:
-        folder: Run folder with the parameters of the nodes; the bag and the logs are written there.
-        scenario: What they run.
-        namespace: Namespace of the nodes, without leading and trailing slashes.
-        progress: Called with the simulated time in the diagnostics of the plant.
-        live_port: Port of the live view; None for no live view.
-        injection: The scripted faults of the run; None for none.
-
-    Returns:
-        How the run ended; a failure is not raised.
+    `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. `namespace`: namespace of the
+    nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view. Returns how the run
+    ended; a failure is not raised.
     """
     extra = injection.arguments() if injection else {}
     names, lockstep = taking_part(scenario.vessel_sim.by_thrusters), scenario.controller.lockstep
@@ -288,9 +258,7 @@ def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> 
 def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int | None, interrupts: Interrupts) -> Iterator[None]:
     """A context in which the nodes of the live view run; ready when it is entered; their failure does not affect the run.
 
-    Args:
-        live_port: Port of the live view; None for no live view.
-        interrupts: An interrupt ends the wait for the port.
+    `interrupts`: an interrupt ends the wait for the port.
     """
     if live_port is None:
         yield
@@ -321,13 +289,8 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
     """A context in which no other run on this machine uses the ROS domain and namespace, so that nodes do not mix.
 
     In lockstep the plant publishes /clock, which has no namespace: one such run excludes all others of its domain. Of several
-    runs that start at the same instant exactly one gets the lock.
-
-    Args:
-        domain: The ROS domain; by default that of this process.
-
-    Raises:
-        RunError: another run uses them.
+    runs that start at the same instant exactly one gets the lock. `domain`: the ROS domain; by default that of this process.
+    Raises RunError if another run uses them.
     """
     domain = domain or os.environ.get("ROS_DOMAIN_ID", "0")
     shared = {namespace.replace("/", "."): f"namespace /{namespace}"}

@@ -21,9 +21,7 @@ from vessel_hsmc_ros.simulation.compile import ensure_compiled
 
 LAW = "controller.law"
 
-MAX_SWEEP_POINTS = 100_000
-"""Largest number of values of an axis."""
-
+MAX_SWEEP_POINTS = 100_000  # largest number of values of an axis
 FORM = "it takes node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
 
 
@@ -35,33 +33,21 @@ class Axis(NamedTuple):
 
 
 class Point(NamedTuple):
-    """One run of a sweep.
-
-    Attributes:
-        scenario: Name or path.
-        values: Its values of the swept parameters.
-        changes: All changes to the scenario by `node.parameter`.
-        law: The law that the sweep sets; empty where the scenario selects it.
-    """
+    """One run of a sweep."""
 
     scenario: str
-    values: tuple[Any, ...]
-    changes: Mapping[str, object]
-    law: str = ""
+    values: tuple[Any, ...]  # its values of the swept parameters
+    changes: Mapping[str, object]  # all changes to the scenario by `node.parameter`
+    law: str = ""  # the law that the sweep sets; empty where the scenario selects it
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of one run.
-
-    Attributes:
-        point: The run.
-        failure: Why it has no metrics, in one line; empty if it has.
-        metrics: By the names of core.metrics.Metrics; empty for a run that failed.
-    """
+    """The result of one run."""
 
     point: Point
-    failure: str = ""
+    failure: str = ""  # why it has no metrics, in one line; empty if it has
+    # by the names of core.metrics.Metrics; empty for a run that failed
     metrics: Mapping[str, float | None] = field(default_factory=dict)
 
     def value(self, metric: str) -> float:
@@ -141,8 +127,7 @@ def points(
 def run_point(point: Point, progress: Callable[[float], None] | None = None) -> Outcome:
     """Simulate and evaluate one point; a run that is unstable or fails is an outcome, not an error.
 
-    Args:
-        progress: Called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
+    `progress`: called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
     """
     try:
         found = batch.simulate_one(load_scenario(point.scenario, point.changes), progress=progress)
@@ -175,12 +160,8 @@ def run_all(
 def check(point: Point) -> Scenario | None:
     """Check the scenario and the values of a point; an unstable gain is allowed, because a sweep shows where it begins.
 
-    Returns:
-        Its scenario; None if a gain is unstable.
-
-    Raises:
-        ScenarioError: the scenario does not exist or cannot be read.
-        ParameterError: a parameter is unknown or a value is out of range.
+    Returns its scenario; None if a gain is unstable. Raises ScenarioError if the scenario does not exist or cannot be read;
+    ParameterError if a parameter is unknown or a value is out of range.
     """
     try:
         return load_scenario(point.scenario, point.changes)
@@ -189,11 +170,7 @@ def check(point: Point) -> Scenario | None:
 
 
 def check_metrics(names: Sequence[str]) -> None:
-    """Check names of metrics.
-
-    Raises:
-        ParameterError: there is no metric of that name.
-    """
+    """Check names of metrics. Raises ParameterError if there is no metric of that name."""
     for name in names:
         if name not in Metrics._fields:
             raise ParameterError(f"--metric {name} is not allowed: it takes any of {', '.join(Metrics._fields)}")

@@ -52,13 +52,7 @@ def notes(axes: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[str]:
 def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> dict[str, Path]:
     """Write sweep.csv with all metrics, sweep.json, sweep.png and sweep.html; returns their paths by kind.
 
-    Args:
-        folder: An existing folder.
-        axes: The swept parameters.
-        metrics: The metrics of the picture and of the table in the page.
-
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
     kinds = {"page": "html", "picture": "png", "csv": "csv", "json": "json"}
     files = {kind: folder / f"sweep.{suffix}" for kind, suffix in kinds.items()}
@@ -110,11 +104,8 @@ def _page(picture: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metr
 
 Array = NDArray[Any]
 
-LOGARITHMIC_RATIO = 30.0
-"""Ratio of the largest to the smallest value from which on a scale is logarithmic."""
-
-MAX_TICKS = 8
-"""Largest number of cells in a row of a heat map that have their value written into them."""
+LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
+MAX_TICKS = 8  # largest number of cells in a row of a heat map that have their value written into them
 
 
 def shown(value: object) -> str:
@@ -125,11 +116,8 @@ def shown(value: object) -> str:
 def draw(path: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> None:
     """Draw the metrics of all runs.
 
-    Args:
-        path: The PNG file.
-        axes: The swept parameters, one or two.
-        outcomes: The runs, in the order of `sweep.points`.
-        metrics: The metrics to draw; with two parameters each law has a row of heat maps.
+    `axes`: the swept parameters, one or two. `metrics`: the metrics to draw; with two parameters each law has a row of heat
+    maps.
     """
     laws = list(dict.fromkeys(outcome.point.law for outcome in outcomes))
     rows, columns = (len(metrics), 1) if len(axes) == 1 else (len(laws), len(metrics))

@@ -42,17 +42,13 @@ NAMES_OF_VERSIONS = {"version": "vessel_hsmc_ros", "numpy": "NumPy", "python": "
 
 @dataclass(frozen=True)
 class Verification:
-    """Recorded and recomputed commands.
+    """Recorded and recomputed commands."""
 
-    Attributes:
-        time: Time of every compared command since the first odometry message, (n,).
-        recorded, computed: Surge force [N] and yaw moment [N·m], (n, 2).
-        beyond: Number of odometry messages after the last one whose command and reference are in the bag, as in a truncated bag.
-    """
-
-    time: Array
+    time: Array  # time of every compared command since the first odometry message, (n,)
+    # recorded, computed: surge force [N] and yaw moment [N·m], (n, 2)
     recorded: Array
     computed: Array
+    # number of odometry messages after the last one whose command and reference are in the bag, as in a truncated bag
     beyond: int
 
     @property
@@ -75,18 +71,10 @@ class Verification:
 def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpreted: bool = False) -> Verification:
     """Recompute every command of a recorded lockstep run.
 
-    Args:
-        bag: A bag with `odom`, `reference` and `cmd_wrench`.
-        scenario: The bag's own scenario, or a modified one to see the difference.
-        namespace: Namespace of the vessel, if the bag holds several.
-        interpreted: Run the plain Python text, also where it could be compiled; the numbers are the same.
-
-    Returns:
-        The recorded and the recomputed commands.
-
-    Raises:
-        BagError: the bag lacks a topic, or was recorded in real time.
-        ControlError: the law is not defined for a recorded input.
+    `bag`: a bag with `odom`, `reference` and `cmd_wrench`. `scenario`: the bag's own scenario, or a modified one to see the
+    difference. `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same. Raises
+    BagError if the bag lacks a topic, or was recorded in real time; ControlError if the law is not defined for a recorded
+    input.
     """
     if not scenario.controller.lockstep:
         raise BagError(
@@ -120,11 +108,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
 
 
 def _require_unaltered(bag: Bag, prefix: str) -> None:
-    """Check that scripted faults left the inputs of the controller as they were, if there were any.
-
-    Raises:
-        BagError: they did not.
-    """
+    """Check that scripted faults left the inputs of the controller as they were, if there were any."""
     for name in ("odom", "reference"):
         relayed = f"{prefix}{RELAYED}{name}"
         if relayed not in bag.topics:
@@ -216,34 +200,18 @@ def version_note(bag: Bag) -> str:
 
 @dataclass(frozen=True)
 class Rerun:
-    """A comparison of a recorded run with its repetition.
+    """A comparison of a recorded run with its repetition."""
 
-    Attributes:
-        folder: Where its page and figures are.
-        change: The changed parameters, as text.
-        table: Metric, recorded value, repeated value, difference.
-    """
-
-    folder: RunFolder
-    change: str
-    table: list[tuple[str, str, str, str]]
+    folder: RunFolder  # where its page and figures are
+    change: str  # the changed parameters, as text
+    table: list[tuple[str, str, str, str]]  # metric, recorded value, repeated value, difference
 
 
 def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output: Path) -> Rerun:
     """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
 
-    Args:
-        changes: Values by `node.parameter`.
-        namespace: ROS namespace of the vessel, where the bag has several.
-        output: Where to create the run folder.
-
-    Returns:
-        The comparison of the recorded run with its repetition.
-
-    Raises:
-        ScenarioError: the bag has no scenario, or the change contradicts it.
-        ParameterError: a parameter is unknown or out of range.
-        BagError: the bag lacks a topic that every run has.
+    `changes`: values by `node.parameter`. Raises ScenarioError if the bag has no scenario, or the change contradicts it;
+    ParameterError if a parameter is unknown or out of range; BagError if the bag lacks a topic that every run has.
     """
     from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 

@@ -22,14 +22,9 @@ Task = TypeVar("Task")
 Result = TypeVar("Result")
 Progress = Callable[[float], None]
 
-POLL = 0.2
-"""Period at which the progress of all tasks is reported, s."""
-
-AHEAD = 2
-"""Of a stream, so many tasks are taken for each worker."""
-
-_shared: list[Any] = []
-"""In a worker process: the progress of every task, and the flag that cancels them."""
+POLL = 0.2  # period at which the progress of all tasks is reported, s
+AHEAD = 2  # of a stream, so many tasks are taken for each worker
+_shared: list[Any] = []  # in a worker process: the progress of every task, and the flag that cancels them
 
 
 def run_all(
@@ -82,12 +77,9 @@ def stream(
 ) -> None:
     """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run.
 
-    Args:
-        function: As in `run_all`; its callback only cancels it after an error or an interrupt.
-        tasks: Its arguments; an iterator makes each when its turn comes.
-        workers: Number of tasks at a time; one per available core by default.
-        threads: Run in threads instead of processes, for functions that spend their time outside of the interpreter.
-        on_result: Called with each result as soon as it is available.
+    `function`: as in `run_all`; its callback only cancels it after an error or an interrupt. `tasks`: its arguments; an
+    iterator makes each when its turn comes. `workers`: number of tasks at a time; one per available core by default. `threads`:
+    run in threads instead of processes, for functions that spend their time outside of the interpreter.
     """
     workers = workers or len(os.sched_getaffinity(0))
     if workers <= 1:

@@ -103,9 +103,8 @@ class MavlinkParameters(CommonParameters):
     def __post_init__(self) -> None:
         """Check the lists against each other.
 
-        Raises:
-            ParameterError: pulse widths do not increase, thrusters and channels do not fit each other, or of the numbers of
-                channels or outputs one is given twice or not whole.
+        Raises ParameterError if pulse widths do not increase, thrusters and channels do not fit each other, or of the numbers
+        of channels or outputs one is given twice or not whole.
         """
         for name in ("pulses", "radio_range"):
             values = getattr(self, name)

@@ -9,15 +9,9 @@ from typing import Any
 
 import yaml
 
-LARGEST_TEXT = 8 << 20
-"""Bytes of the largest text file that is read."""
-
-LARGEST_TABLE = 128 << 20
-"""Bytes of the largest CSV file of measurements."""
-
-MAX_VALUES = 1_000_000
-"""Values that a YAML text may stand for, with every alias expanded."""
-
+LARGEST_TEXT = 8 << 20  # bytes of the largest text file that is read
+LARGEST_TABLE = 128 << 20  # bytes of the largest CSV file of measurements
+MAX_VALUES = 1_000_000  # values that a YAML text may stand for, with every alias expanded
 _Safe: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where PyYAML is built with libyaml
 
 
@@ -92,19 +86,13 @@ _RosLoader.add_constructor(f"{_TAG}float", _RosLoader.construct_yaml_float)
 def read_text(path: Path, limit: int = LARGEST_TEXT) -> str:
     """The text of a file in UTF-8, with or without a byte order mark.
 
-    Raises:
-        OSError: the file cannot be read, or is larger than the limit in bytes.
-        UnicodeDecodeError: it is not UTF-8.
+    Raises OSError if the file cannot be read, or is larger than the limit in bytes; UnicodeDecodeError if it is not UTF-8.
     """
     return read_bytes(path, limit).decode("utf-8-sig")
 
 
 def read_bytes(path: Path, limit: int) -> bytes:
-    """The content of a file.
-
-    Raises:
-        OSError: the file cannot be read, or is larger than the limit in bytes.
-    """
+    """The content of a file. Raises OSError if the file cannot be read, or is larger than the limit in bytes."""
     with path.open("rb") as stream:
         content = stream.read(limit + 1)
     if len(content) > limit:
@@ -115,8 +103,7 @@ def read_bytes(path: Path, limit: int) -> bytes:
 def read_yaml(text: str) -> Any:
     """Parse a YAML text with the number format of ROS parameters files.
 
-    Raises:
-        yaml.YAMLError: the text is not YAML, or has a key twice or a value that its tag does not allow.
+    Raises yaml.YAMLError if the text is not YAML, or has a key twice or a value that its tag does not allow.
     """
     return _loaded(text, _Loader)
 
@@ -148,8 +135,7 @@ def _loaded(text: str, loader: Any) -> Any:
 def _count(node: Any, known: dict[int, int]) -> int:
     """The number of values that a node stands for; the counts of lists and mappings are kept by their id, 0 until they are known.
 
-    Raises:
-        yaml.YAMLError: a list or mapping contains itself, or the number is larger than `MAX_VALUES`.
+    Raises yaml.YAMLError if a list or mapping contains itself, or the number is larger than `MAX_VALUES`.
     """
     if not isinstance(node, yaml.CollectionNode):
         return 1

@@ -12,12 +12,8 @@ from vessel_hsmc_ros.scenario.interfaces import Interface
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS
 
-Values = Mapping[str, Mapping[str, Any]]
-"""Parameters by their dotted names, by node."""
-
-Names = Mapping[str, Mapping[str, str]]
-"""Full names of topics by the names that the nodes give them, by node."""
-
+Values = Mapping[str, Mapping[str, Any]]  # parameters by their dotted names, by node
+Names = Mapping[str, Mapping[str, str]]  # full names of topics by the names that the nodes give them, by node
 STATES = {
     "odometry": {"odometry": ("odom", types.ODOMETRY)},
     "pose_twist": {"pose": ("pose", types.POSE), "twist": ("twist", types.TWIST_STAMPED)},
@@ -49,12 +45,7 @@ UNKNOWN = {"vessel.length": 1.0, "vessel.surge_inertia": math.nan, "vessel.yaw_i
 
 
 def values_of(stack: Interface | None, read: Values) -> dict[str, dict[str, Any]]:
-    """The parameters of the nodes of a connection: as read from them, else those of the stack, else the defaults.
-
-    Args:
-        stack: The interface of the stack, if one is given.
-        read: Parameters of running or recorded nodes.
-    """
+    """The parameters of the nodes of a connection: as read from them, else those of the stack, else the defaults."""
     given: Values = stack.parameters if stack else {}
     nodes = dict.fromkeys(("controller", *(stack.nodes if stack else ()), *read))
     found: dict[str, dict[str, Any]] = {}
@@ -67,12 +58,7 @@ def values_of(stack: Interface | None, read: Values) -> dict[str, dict[str, Any]
 
 
 def connection_of(values: Values, names: Names, **observed: Any) -> Connection:
-    """The connection that nodes with some parameters need.
-
-    Args:
-        names: Names of topics that differ from those of the nodes.
-        observed: Further attributes of the connection.
-    """
+    """The connection that nodes with some parameters need."""
     p = values["controller"]
     roles = [*_state(p, names), *_sensors(values, names)]
     commanded = _name(names, "controller", "cmd_wrench")

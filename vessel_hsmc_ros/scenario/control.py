@@ -15,11 +15,7 @@ from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 
 
 def make_controlled_point(parameters: ControllerParameters) -> ControlledPoint:
-    """Make the point that a controller controls.
-
-    Raises:
-        ParameterError: as `KnownVessel.percussion_point`.
-    """
+    """Make the point that a controller controls. Raises ParameterError as `KnownVessel.percussion_point`."""
     return controlled_point_of(parameters.vessel, 1.0 / parameters.rate_hz)
 
 
@@ -38,12 +34,8 @@ def make_control_loop(
 ) -> ControlLoop:
     """Make the control loop of a controller.
 
-    Args:
-        law: A law in the place of the one that the parameters select.
-        supervised: Whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
-
-    Raises:
-        ParameterError: as `make_law`.
+    `supervised`: whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
+    Raises ParameterError as `make_law`.
     """
     if supervised is None:
         supervised = not parameters.lockstep or may_intervene(parameters)
@@ -64,11 +56,7 @@ def make_control_loop(
 
 
 def _make_fallback(parameters: ControllerParameters) -> Fallback | None:
-    """The law of the safe action, with its own parameters.
-
-    Raises:
-        ParameterError: a gain is unstable at the controller's rate.
-    """
+    """The law of the safe action, with its own parameters."""
     name = parameters.safety.fallback_law
     if parameters.safety.action != "fallback":
         return None

@@ -11,20 +11,13 @@ from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript, check_settin
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line
 
-MOST_FAULTS = 1000
-"""Faults of a script at most."""
+MOST_FAULTS = 1000  # faults of a script at most
 
 
 def parse_script(text: str, source: str) -> FaultScript:
     """Make a script from its text.
 
-    Args:
-        text: The content of the file.
-        source: Where it comes from, for error messages.
-
-    Raises:
-        ScenarioError: the text is not a fault script.
-        ParameterError: a setting is unknown, missing or out of range.
+    Raises ScenarioError if the text is not a fault script; ParameterError if a setting is unknown, missing or out of range.
     """
     try:
         document = read_yaml(text)
@@ -43,14 +36,8 @@ def parse_script(text: str, source: str) -> FaultScript:
 def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
     """The script in the section `faults` of a scenario; None if it has none.
 
-    Args:
-        text: The content of its file.
-        seed: The seed of the scenario, which is that of the faults too.
-        source: Where the text comes from, for error messages.
-
-    Raises:
-        ScenarioError: the section is not a list of faults.
-        ParameterError: a setting is unknown, missing or out of range.
+    `seed`: the seed of the scenario, which is that of the faults too. Raises ScenarioError if the section is not a list of
+    faults; ParameterError if a setting is unknown, missing or out of range.
     """
     document = read_yaml(text)
     if not isinstance(document, dict) or FAULTS not in document:

@@ -17,9 +17,8 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, check_late_odometry
 def load_script(path: Path) -> FaultScript:
     """Read a fault script.
 
-    Raises:
-        ScenarioError: the file cannot be read, or is not a fault script.
-        ParameterError: a setting is unknown, missing or out of range.
+    Raises ScenarioError if the file cannot be read, or is not a fault script; ParameterError if a setting is unknown, missing
+    or out of range.
     """
     try:
         text = read_text(path)
@@ -37,9 +36,8 @@ def relayed_topics(scenario: Scenario) -> tuple[str, ...]:
 def check_script(script: FaultScript, scenario: Scenario) -> None:
     """Check that every fault can be carried out in a scenario.
 
-    Raises:
-        ParameterError: a topic, a node or a field does not exist, or a kind does not fit the mode.
-        ScenarioError: as `check_late_odometry`.
+    Raises ParameterError if a topic, a node or a field does not exist, or a kind does not fit the mode; ScenarioError as
+    `check_late_odometry`.
     """
     check_late_odometry(dataclasses.replace(scenario, faults=script))
     topics, nodes = relayed_topics(scenario), taking_part(scenario.vessel_sim.by_thrusters)

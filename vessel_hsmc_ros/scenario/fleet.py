@@ -12,26 +12,17 @@ from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-MAX_VESSELS = 100
-"""Largest number of vessels; a ROS domain on one machine has room for about as many participants."""
-
-SPACING = 50.0
-"""Default distance between the starts of two neighbours, m."""
-
-NAMESPACE = "vessel"
-"""The vessels are `vessel_1`, `vessel_2` and so on, unless a namespace is given."""
+MAX_VESSELS = 100  # largest number of vessels; a ROS domain on one machine has room for about as many participants
+SPACING = 50.0  # default distance between the starts of two neighbours, m
+NAMESPACE = "vessel"  # the vessels are `vessel_1`, `vessel_2` and so on, unless a namespace is given
 
 
 @dataclass(frozen=True)
 class Fleet:
-    """The scenarios of several vessels.
+    """The scenarios of several vessels."""
 
-    Attributes:
-        base: The scenario that they share.
-        vessels: The scenario of each vessel by its namespace; in lockstep the plant of the first owns /clock.
-    """
-
-    base: Scenario
+    base: Scenario  # the scenario that they share
+    # the scenario of each vessel by its namespace; in lockstep the plant of the first owns /clock
     vessels: Mapping[str, Scenario]
 
     @property
@@ -53,15 +44,9 @@ class Fleet:
 def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: float = SPACING) -> Fleet:
     """Place vessels side by side: vessel i starts (i - 1)·spacing further in y, and its reference with it.
 
-    Each has the scenario's seed plus i - 1, so that noise differs between the vessels.
-
-    Args:
-        base: The scenario of the first vessel.
-        namespace: The vessels have the namespaces `<namespace>_1`, `<namespace>_2` and so on.
-        spacing: Distance between two neighbours, m.
-
-    Raises:
-        ParameterError: the number is out of range, or a vessel would start outside the allowed positions.
+    Each has the scenario's seed plus i - 1, so that noise differs between the vessels. `namespace`: the vessels have the
+    namespaces `<namespace>_1`, `<namespace>_2` and so on. Raises ParameterError if the number is out of range, or a vessel
+    would start outside the allowed positions.
     """
     if not 1 <= count <= MAX_VESSELS:
         raise ParameterError(f"--vessels {count} is not allowed: it takes 1 to {MAX_VESSELS}")

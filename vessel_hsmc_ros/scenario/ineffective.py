@@ -21,21 +21,13 @@ Values = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Rule:
-    """Settings that another setting turns off.
+    """Settings that another setting turns off."""
 
-    Attributes:
-        settings: Patterns of their names.
-        off: Whether the values of the node turn them off.
-        why: The reason, for the message.
-        switches: Settings that excuse a file: one that gives them has turned off the others expressly.
-        alternative: Whether they are those of a mode or law, of which a file may keep several.
-    """
-
-    settings: tuple[str, ...]
-    off: Callable[[Values], bool]
-    why: str
-    switches: tuple[str, ...] = ()
-    alternative: bool = False
+    settings: tuple[str, ...]  # patterns of their names
+    off: Callable[[Values], bool]  # whether the values of the node turn them off
+    why: str  # the reason, for the message
+    switches: tuple[str, ...] = ()  # settings that excuse a file: one that gives them has turned off the others expressly
+    alternative: bool = False  # whether they are those of a mode or law, of which a file may keep several
 
     def names(self, values: Values) -> list[str]:
         """The settings among the parameters of a node."""
@@ -121,12 +113,8 @@ def rules_of(node: str) -> tuple[Rule, ...]:
 def ineffective(node: str, parameters: Any, given: Collection[str], commanded: Collection[str] = ()) -> list[str]:
     """Name the settings of a node that are given and have no effect.
 
-    Args:
-        given: The dotted names of those that are given.
-        commanded: Those among them that a person gave on the command line.
-
-    Returns:
-        One line for each rule that applies, with the parameters as `node.parameter`.
+    `commanded`: those among them that a person gave on the command line. Returns one line for each rule that applies, with the
+    parameters as `node.parameter`.
     """
     values, entries = schema.flatten(parameters), schema.entries(type(parameters))
     other = {name for name in given if name in values and values[name] != entries[name].default}

@@ -21,23 +21,17 @@ FIRST = ("navsat_odom", "mavlink", "px4", "reference_ship", "controller", "thrus
 
 
 class Interface(NamedTuple):
-    """The interface of a stack.
+    """The interface of a stack."""
 
-    Attributes:
-        name: As `init` takes it.
-        title: What it is.
-        state, command: Its messages, in words.
-        nodes: The topics of each node under the names of the stack.
-        parameters: Values of each node by their dotted names, where they differ from the defaults.
-        before, stop: What a person does before the first start, and to stop the boat.
-    """
-
-    name: str
+    name: str  # as `init` takes it
     title: str
+    # state, command: its messages, in words
     state: str
     command: str
-    nodes: Mapping[str, Mapping[str, str]]
+    nodes: Mapping[str, Mapping[str, str]]  # the topics of each node under the names of the stack
+    # values of each node by their dotted names, where they differ from the defaults
     parameters: Mapping[str, Mapping[str, Any]]
+    # before, stop: what a person does before the first start, and to stop the boat
     before: tuple[str, ...]
     stop: tuple[str, ...]
 
@@ -53,11 +47,7 @@ def interfaces() -> dict[str, Interface]:
 
 
 def interface(name: str) -> Interface:
-    """The interface of a name.
-
-    Raises:
-        ParameterError: there is none.
-    """
+    """The interface of a name. Raises ParameterError if there is none."""
     known = interfaces()
     if name not in known:
         raise ParameterError(f"--interface {name} is not known: {suggestion(name, known)}")
@@ -76,10 +66,8 @@ def parameters_of(stack: Interface, vessel: KnownVessel) -> dict[str, dict[str, 
 def interface_text(stack: Interface, name: str, vessel: KnownVessel, noise_known: bool = False) -> str:
     """Write the parameters file of an interface, which is given to each node after that of the ship.
 
-    Args:
-        name: Of the ship: the file is `<name>_<interface>.yaml`.
-        vessel: What is known of the ship.
-        noise_known: Whether the file of the ship has the noise of its positions, which that of the stack then leaves as it is.
+    `name`: of the ship: the file is `<name>_<interface>.yaml`. `noise_known`: whether the file of the ship has the noise of its
+    positions, which that of the stack then leaves as it is.
     """
     parameters = parameters_of(stack, vessel)
     if noise_known:

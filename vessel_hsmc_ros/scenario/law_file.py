@@ -23,9 +23,6 @@ def load_law_file(path: Path | str) -> tuple[str, ...]:
     Args:
         path: The file. What else it needs must be installed: its folder is not searched for imports.
 
-    Returns:
-        The names of the laws.
-
     Raises:
         ParameterError: the file cannot be read or executed, has no law, or one that is not complete, or whose name is used.
     """
@@ -56,8 +53,7 @@ def loaded_law_files() -> list[Path]:
 def load_named_files(arguments: Iterable[str]) -> list[str]:
     """Load the files of every `--law-file FILE` among the arguments of a node, and return the other arguments.
 
-    Raises:
-        ParameterError: an option has no file, or a file is wrong.
+    Raises ParameterError if an option has no file, or a file is wrong.
     """
     remaining, others = iter(arguments), []
     for argument in remaining:

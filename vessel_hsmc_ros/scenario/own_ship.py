@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from string import Template
 from types import MappingProxyType
+from typing import NamedTuple
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -22,7 +23,10 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.reference.factory import travel_limits
+from vessel_hsmc_ros.reference.lawnmower import plan_survey
 from vessel_hsmc_ros.scenario.parameters import VESSEL
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import circle_for, coriolis_ratio, loads, references, scale_of, sway_damping_rate
 
 WATER_DENSITY = 1025.0
@@ -44,9 +48,7 @@ HULL_NAMES = (
 
 LIMITS = ("surge_force_limit", "yaw_moment_limit")
 
-OVERRIDES = ("length", "beam", *LIMITS)
-"""The main data that are hull data too, so that they can differ from those of a vessel."""
-
+OVERRIDES = ("length", "beam", *LIMITS)  # the main data that are hull data too, so that they can differ from those of a vessel
 OF_A_VESSEL = """Hull, propulsion and thrusters are those of vessel {vessel}; single values can be changed here, as in
 vessel: {{name: {vessel}, length: 2.1}}. References are scaled to it by the rules beside the numbers."""
 
@@ -111,15 +113,9 @@ LOW_SWAY_DAMPING = """
 def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = None) -> str:
     """Write the scenario of a ship of which the main data are known.
 
-    Args:
-        data: What is known of the ship.
-        layout: Its thrusters, which then drive it; their forces are its limits where the data have none.
-
-    Returns:
-        A commented ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
-
-    Raises:
-        ParameterError: the ship is too extreme for the ranges of hull data.
+    `layout`: its thrusters, which then drive it; their forces are its limits where the data have none. Returns a commented ROS
+    parameters file: hull, calm water or wind, a circle as reference, and the guided law. Raises ParameterError if the ship is
+    too extreme for the ranges of hull data.
     """
     if layout is not None:
         force, moment = layout.limits()
@@ -149,18 +145,11 @@ def scenario_for(
 ) -> str:
     """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
 
-    Args:
-        values: Its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used.
-        vessel: The name of the vessel in the library, or the path of its file, to which the scenario refers.
-        changes: Single hull data of the scenario that differ from the vessel's, by their names.
-        around: Its wind, current, lag and noise of positions count.
-        thrusters: Drive the ship by its thrusters instead of surge force and yaw moment.
-
-    Returns:
-        A commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided law.
-
-    Raises:
-        ParameterError: a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
+    `values`: its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used. `vessel`: the
+    name of the vessel in the library, or the path of its file, to which the scenario refers. `changes`: single hull data of the
+    scenario that differ from the vessel's, by their names. `around`: its wind, current, lag and noise of positions count.
+    Returns a commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided
+    law. Raises ParameterError if a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
     """
     data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
     changes = {**changes, **{key.removeprefix(VESSEL): value for key, value in _lags(around.lag).items()}}
@@ -173,8 +162,7 @@ def scenario_for(
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
     """The ship of hull data by their dotted names in a scenario, such as `vessel.length`; other names are not used.
 
-    Raises:
-        ParameterError: a value is out of range.
+    Raises ParameterError if a value is out of range.
     """
     own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
     known = schema.entries(ShipParameters)
@@ -197,13 +185,8 @@ def _filled(
 ) -> str:
     """The scenario from its template, with references scaled to a ship.
 
-    Args:
-        name, about: Name of the ship, and what it is, for the headline.
-        data: What the head of the file states about its data, as comments.
-        vessel: The section `vessel`.
-        values: Hull data by their dotted names.
-        around: Its wind, current, lag and noise of positions count.
-        thrusters: Whether thrusters drive the ship.
+    `name`, `about`: name of the ship, and what it is, for the headline. `data`: what the head of the file states about its
+    data, as comments. `values`: hull data by their dotted names. `around`: its wind, current, lag and noise of positions count.
     """
     ship = ship_of(values)
     scale = scale_of(ship)
@@ -235,11 +218,8 @@ def _filled(
 def thruster_layout(texts: Sequence[str], length: float) -> ThrusterLayout:
     """The fixed thrusters of a boat, each as `x,y,ahead,astern`: its place, m, and its largest thrusts, N.
 
-    Args:
-        length: Of the boat, m, within which they are.
-
-    Raises:
-        ParameterError: one is not four numbers in their ranges, or together they cannot turn the boat.
+    `length`: of the boat, m, within which they are. Raises ParameterError if one is not four numbers in their ranges, or
+    together they cannot turn the boat.
     """
     rows = [_thruster(text, length) for text in texts]
     sides = ["port" if y > 0.0 else "starboard" for _, y, *_ in rows]
@@ -328,3 +308,64 @@ def _aligned(line: str) -> str:
     """A line with its comment, if it has a value as well, in the column of comments."""
     found = re.fullmatch(r"(\s*[^#\s][^#]*?)\s*(#.*)", line)
     return f"{found[1]:<{COMMENT_COLUMN - 2}}  {found[2]}" if found else line
+
+
+MARGIN = 1.1
+"""Duration of the run relative to the planned time of the survey: the ship comes to its end a little later than the plan."""
+
+TAKES = "legs,length,spacing,speed: a whole number, m, m (negative to starboard) and m/s, such as 4,80,16,1"
+
+
+class NewSurvey(NamedTuple):
+    """Number of legs, their length and spacing, m, and the speed on them, m/s."""
+
+    legs: int
+    length: float
+    spacing: float
+    speed: float
+
+
+def survey_of(text: str) -> NewSurvey:
+    """Read a survey, `legs,length,spacing,speed`.
+
+    Raises ParameterError if it is not four numbers, or the first is not a whole one.
+    """
+    try:
+        legs, *others = map(number_of, text.split(","))
+        if legs.is_integer() and len(others) == 3:
+            return NewSurvey(int(legs), *others)
+    except (ValueError, AttributeError):
+        pass
+    raise ParameterError(f"--survey must be {TAKES} (got {text})")
+
+
+def with_survey(text: str, survey: NewSurvey) -> str:
+    """A scenario that `own_ship` has written, with a survey for its reference.
+
+    Returns the scenario; its duration is the planned time of the survey and a tenth of it. Raises ParameterError if a value is
+    out of range, or the ship cannot sail the survey; the message states what would do.
+    """
+    names = dict(zip(("legs", "leg_length", "spacing", "speed"), survey, strict=True))
+    try:
+        planned = parse_scenario(text, "new", {f"reference_ship.lawnmower.{name}": value for name, value in names.items()})
+        duration = math.ceil(MARGIN * planned_time(planned) / 10.0) * 10.0
+    except ParameterError as error:
+        raise ParameterError(f"--survey: {error}") from None
+    own = planned.reference_ship.lawnmower
+    values = ", ".join(f"{name}: {getattr(own, name)}" for name in ("legs", "leg_length", "spacing", "run_in", "speed"))
+    for pattern, new in (
+        (r"mode: circle   ", "mode: lawnmower"),
+        (r"or straight, figure_eight, square, lawnmower,", "or circle, straight, figure_eight, square,"),
+        (r"lawnmower: \{.*", f"lawnmower: {{{values}}}"),
+        (r"duration: .*", f"duration: {duration}                     # the time that the survey takes, and a tenth of it"),
+        (r" on a circle\. Written", " on a survey. Written"),
+    ):
+        text = re.sub(pattern, new, text, count=1)
+    return text
+
+
+def planned_time(scenario: Scenario) -> float:
+    """The time that the survey of a scenario takes, s, whatever the mode of its reference is."""
+    p = scenario.reference_ship
+    x, y, course = p.initial_pose
+    return float(plan_survey(p.lawnmower, p.vessel.coefficients(), travel_limits(p), (x, y, course)).table.times[-1])

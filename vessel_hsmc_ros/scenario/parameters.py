@@ -182,9 +182,7 @@ NODES = Declarations(
     }
 )
 
-VESSEL = "vessel."
-"""Prefix of the hull data, which the nodes share."""
-
+VESSEL = "vessel."  # prefix of the hull data, which the nodes share
 VESSEL_NAME = f"{VESSEL}name"
 
 
@@ -202,8 +200,7 @@ def vessel_names() -> list[str]:
 def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
     """The values with `vessel.name` for its short form `vessel`.
 
-    Raises:
-        ParameterError: both forms are given, with different names.
+    Raises ParameterError if both forms are given, with different names.
     """
     if "vessel" not in values:
         return dict(values)
@@ -216,11 +213,7 @@ def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
 def without_foreign_hull_data(values: Mapping[str, object], declared: Collection[str]) -> dict[str, object]:
     """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes.
 
-    Args:
-        values: Values by their dotted names.
-
-    Raises:
-        ParameterError: no node declares hull data of such a name.
+    Raises ParameterError if no node declares hull data of such a name.
     """
     foreign = [name for name in values if name.startswith(VESSEL) and name not in declared]
     if foreign:

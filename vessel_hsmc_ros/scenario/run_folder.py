@@ -20,11 +20,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 @dataclass(frozen=True)
 class RunFolder:
-    """Paths inside the folder of one run.
-
-    Attributes:
-        path: The folder itself.
-    """
+    """Paths inside the folder of one run."""
 
     path: Path
 
@@ -54,19 +50,11 @@ class RunFolder:
         return self.path / "report.html"
 
     def write_parameters(self, scenario: Scenario) -> None:
-        """Write the resolved scenario.
-
-        Raises:
-            RunError: it cannot be written.
-        """
+        """Write the resolved scenario. Raises RunError if it cannot be written."""
         self.write_text_of_parameters(dump_scenario(scenario))
 
     def write_text_of_parameters(self, text: str) -> None:
-        """Write the text of a ROS parameters file as that of the run.
-
-        Raises:
-            RunError: it cannot be written.
-        """
+        """Write the text of a ROS parameters file as that of the run. Raises RunError if it cannot be written."""
         _write(self.parameters, text)
 
     @property
@@ -85,8 +73,7 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write run.json, with null for a number that is not finite; an older one stays if that fails.
 
-        Raises:
-            RunError: it cannot be written.
+        Raises RunError if it cannot be written.
         """
         finite = json.loads(json.dumps(summary), parse_constant=lambda _: None)  # JSON has no infinity
         _write(self.summary, json.dumps(finite, indent=2) + "\n")
@@ -106,8 +93,7 @@ def _write(path: Path, text: str) -> None:
 def check_writable(folder: Path) -> None:
     """Check that files can be written into a folder, which need not exist, before something is computed for it.
 
-    Raises:
-        RunError: the operating system refuses, for instance because the file system is read-only or full.
+    Raises RunError if the operating system refuses, for instance because the file system is read-only or full.
     """
     existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     try:  # the permissions are not sufficient: the file system may be read-only, and root may write anywhere else
@@ -126,8 +112,7 @@ def file_name(name: str) -> str:
 def make_run_folder(parent: Path, name: str) -> RunFolder:
     """Create the folder `<parent>/<time>_<name>`, in UTC, numbered if several runs start within a second.
 
-    Raises:
-        RunError: the folder cannot be created.
+    Raises RunError if the folder cannot be created.
     """
     now = datetime.datetime.now(tz=datetime.timezone.utc)
     stem = f"{now:%Y%m%dT%H%M%S}_{file_name(name)}"
@@ -193,13 +178,8 @@ def write_summary(
 ) -> None:
     """Write run.json.
 
-    Args:
-        origin: Provenance of the run, with the time of its start.
-        failure: What failed, in one line; empty if nothing did.
-        measured: Metrics and further measured values.
-
-    Raises:
-        RunError: it cannot be written.
+    `origin`: provenance of the run, with the time of its start. `failure`: what failed, in one line; empty if nothing did.
+    Raises RunError if it cannot be written.
     """
     duration = (_now() - datetime.datetime.fromisoformat(origin["started"])).total_seconds()
     folder.write_summary({**origin, "duration": duration, "exit_code": exit_code, "failure": failure, **measured})

@@ -37,33 +37,25 @@ from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 @dataclass(frozen=True)
 class Scenario:
-    """The parameters of a closed loop, resolved and validated.
+    """The parameters of a closed loop, resolved and validated."""
 
-    Attributes:
-        name: Name of the scenario, for run folders and reports.
-        vessel_sim, reference_ship, controller, recorder, thruster_allocation: Parameters of the nodes.
-        given: The parameters that its file and its changes set, by `node.parameter`; the others have their defaults.
-        faults: The faults that its file scripts; None for none.
-    """
-
-    name: str
+    name: str  # name of the scenario, for run folders and reports
+    # vessel_sim, reference_ship, controller, recorder, thruster_allocation: parameters of the nodes
     vessel_sim: SimParameters
     reference_ship: ReferenceParameters
     controller: ControllerParameters
     recorder: RecorderParameters
     thruster_allocation: AllocationParameters = field(default_factory=AllocationParameters)
+    # the parameters that its file and its changes set, by `node.parameter`; the others have their defaults
     given: frozenset[str] = field(default=frozenset(), compare=False, repr=False)
-    faults: FaultScript | None = None
+    faults: FaultScript | None = None  # the faults that its file scripts; None for none
 
     def changed(self, changes: Mapping[str, object]) -> "Scenario":
         """The same scenario with other values, as `load_scenario` with these changes gives it, without reading a file.
 
-        Args:
-            changes: Values by `node.parameter`, or `vessel.parameter` for every node that declares it.
-
-        Raises:
-            ScenarioError: the rates do not fit each other.
-            ParameterError: a parameter is unknown or out of range, or parameters do not fit each other.
+        `changes`: values by `node.parameter`, or `vessel.parameter` for every node that declares it. Raises ScenarioError if
+        the rates do not fit each other; ParameterError if a parameter is unknown or out of range, or parameters do not fit each
+        other.
         """
         values = {node: changed for node, changed in by_node(changes).items() if changed}
         parts: dict[str, Any] = {node: schema.changed(getattr(self, node), new, node) for node, new in values.items()}
@@ -95,11 +87,7 @@ def scenario_names() -> list[str]:
 
 
 def scenario_text(name: str | Path) -> str:
-    """The ROS parameters file of a scenario.
-
-    Raises:
-        ScenarioError: the scenario is unknown or unreadable.
-    """
+    """The ROS parameters file of a scenario. Raises ScenarioError if the scenario is unknown or unreadable."""
     return _read(_find(name), "scenario file")
 
 
@@ -122,9 +110,8 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
 def read_changes(path: Path) -> dict[str, object]:
     """Read a ROS parameters file as changes by `node.parameter`, which `load_scenario` applies to a scenario.
 
-    Raises:
-        ScenarioError: the file cannot be read, or is not a ROS parameters file.
-        ParameterError: no node has hull data of such a name.
+    Raises ScenarioError if the file cannot be read, or is not a ROS parameters file; ParameterError if no node has hull data of
+    such a name.
     """
     values = _read_values(_read(path, "parameters file"), f"parameters file {path}", path.parent)
     return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
@@ -154,18 +141,9 @@ def parse_scenario(
 ) -> Scenario:
     """Make a scenario from the text of a ROS parameters file.
 
-    Args:
-        changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
-        source: Where the text comes from, for error messages.
-        folder: Where the path of a vessel file in the text starts.
-        namespace: Of the vessel, where the text has sections for several.
-
-    Returns:
-        The validated scenario.
-
-    Raises:
-        ScenarioError: the text is not a parameters file, or its rates do not fit each other.
-        ParameterError: a parameter is unknown or out of range.
+    `changes`: values by `node.parameter`, or `vessel.parameter` for all nodes. `folder`: where the path of a vessel file in the
+    text starts. `namespace`: of the vessel, where the text has sections for several. Raises ScenarioError if the text is not a
+    parameters file, or its rates do not fit each other; ParameterError if a parameter is unknown or out of range.
     """
     values = _read_values(text, source, folder, namespace)
     changed = {node: of_node for node, of_node in by_node(changes or {}).items() if of_node}
@@ -194,11 +172,8 @@ def _place(message: str, text: str, source: str, in_file: Collection[str]) -> st
 def by_node(changes: Mapping[str, object]) -> dict[str, dict[str, object]]:
     """Sort values by `node.parameter`, or `vessel.parameter` for every node that declares it, by node and parameter.
 
-    The values of a vessel by name come with it.
-
-    Raises:
-        ParameterError: there is no such node, or no node has hull data of such a name.
-        ScenarioError: a vessel by name cannot be read.
+    The values of a vessel by name come with it. Raises ParameterError if there is no such node, or no node has hull data of
+    such a name; ScenarioError if a vessel by name cannot be read.
     """
     values: dict[str, dict[str, object]] = {node: {} for node in NODES}
     for key, value in in_long_form(changes).items():
@@ -225,12 +200,8 @@ def full_names(values: Mapping[str, Mapping[str, object]]) -> frozenset[str]:
 def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     """The scenario, once what single parameters cannot show is validated: rates, stability at the rate, lengths of lists.
 
-    Args:
-        changed: The nodes whose parameters have not been validated together yet.
-
-    Raises:
-        ScenarioError: its rates do not fit each other.
-        ParameterError: parameters do not fit each other.
+    `changed`: the nodes whose parameters have not been validated together yet. Raises ScenarioError if its rates do not fit
+    each other; ParameterError if parameters do not fit each other.
     """
     check_rates(scenario)
     check_thrusters(scenario)
@@ -252,8 +223,7 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
 def check_rates(scenario: Scenario) -> None:
     """Check that in lockstep every control period coincides with an odometry and a reference message.
 
-    Raises:
-        ScenarioError: a message rate is not an integer multiple of the control rate.
+    Raises ScenarioError if a message rate is not an integer multiple of the control rate.
     """
     if not scenario.controller.lockstep:
         return
@@ -269,11 +239,7 @@ def check_rates(scenario: Scenario) -> None:
 
 
 def check_thrusters(scenario: Scenario) -> None:
-    """Check that the allocation has the thrusters of the plant.
-
-    Raises:
-        ScenarioError: it has others.
-    """
+    """Check that the allocation has the thrusters of the plant. Raises ScenarioError if it has others."""
     sim, allocation = scenario.vessel_sim, scenario.thruster_allocation
     names = sim.vessel.thrusters.names
     if sim.by_thrusters and allocation.vessel.thrusters.names != names:
@@ -286,8 +252,7 @@ def check_thrusters(scenario: Scenario) -> None:
 def check_late_odometry(scenario: Scenario) -> None:
     """Check that a lockstep run that rides through missing inputs has odometry of the present step.
 
-    Raises:
-        ScenarioError: its odometry is late, so that a missing one looks like one that is on its way.
+    Raises ScenarioError if its odometry is late, so that a missing one looks like one that is on its way.
     """
     sim, controller = scenario.vessel_sim, scenario.controller
     if controller.lockstep and sim.sensors.delay > 0.0 and (controller.ride_through or scenario.faults):
@@ -300,8 +265,7 @@ def check_late_odometry(scenario: Scenario) -> None:
 def check_following(scenario: Scenario) -> None:
     """Check that a reference that follows the vessel has odometry, in lockstep that of the step before.
 
-    Raises:
-        ScenarioError: it has none, or it is late or of a fleet in lockstep.
+    Raises ScenarioError if it has none, or it is late or of a fleet in lockstep.
     """
     sim, controller = scenario.vessel_sim, scenario.controller
     if scenario.reference_ship.follow != "vessel":
@@ -320,13 +284,8 @@ def check_following(scenario: Scenario) -> None:
 def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str, object]:
     """The changes to a scenario whose nodes run as processes.
 
-    Args:
-        recorded: A recorder takes part.
-        real_time: Run in real time whatever the scenario chooses.
-        namespace: The nodes' namespace, without slashes at its ends; their frames are prefixed with it.
-
-    Returns:
-        Changes by `node.parameter`, as `load_scenario` takes them.
+    `real_time`: run in real time whatever the scenario chooses. `namespace`: the nodes' namespace, without slashes at its ends;
+    their frames are prefixed with it.
     """
     # The plant is simulated, and started with them: no person has to enable the controller in real time.
     changes: dict[str, object] = {**{f"{node}.recorded": recorded for node in NODES}, "controller.start_enabled": True}
@@ -340,8 +299,7 @@ def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str,
 def make_law(parameters: ControllerParameters) -> Law[Any]:
     """Make the law that the parameters of a controller select.
 
-    Raises:
-        ParameterError: a gain is unstable at the controller's rate, or the code of the law fails.
+    Raises ParameterError if a gain is unstable at the controller's rate, or the code of the law fails.
     """
     vessel = parameters.vessel.as_controlled()
     return construct(parameters.law, getattr(parameters, parameters.law), vessel, 1.0 / parameters.rate_hz)

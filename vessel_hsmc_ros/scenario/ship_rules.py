@@ -34,22 +34,15 @@ from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, LARGEST_SHARE
 
 AIR_DENSITY = 1.2
 
-LARGEST_FROUDE = 1.5
-"""Largest Froude number U/sqrt(g·L) that is believed of the damping of a hull."""
-
-LARGEST_RHO = 0.8
-"""Largest rho with which the law may be faster than the decay of the drift."""
-
+LARGEST_FROUDE = 1.5  # largest Froude number U/sqrt(g·L) that is believed of the damping of a hull
+LARGEST_RHO = 0.8  # largest rho with which the law may be faster than the decay of the drift
 SLOW_RHO, SLOW_DECAY = 0.6, 1.0
 """The same where the decay is slow beside the ship's turns, and the a·T below which it counts as slow."""
 
-STRAIGHT = 2.0
-"""Largest decay rate in terms of that on a straight line, where a faster law would oscillate about it."""
-
+STRAIGHT = 2.0  # largest decay rate in terms of that on a straight line, where a faster law would oscillate about it
 ADJUSTMENTS = 60
 
-SETTLED = 50.0
-"""Duration of a run at least, in T, or in terms of 1/a where the law must be slower than the decay of the drift."""
+SETTLED = 50.0  # duration of a run at least, in T, or in terms of 1/a where the law must be slower than the decay of the drift
 
 
 class Scale(NamedTuple):
@@ -82,11 +75,7 @@ class Circle(NamedTuple):
 
 
 def scale_of(ship: ShipParameters) -> Scale:
-    """The units of a ship.
-
-    Raises:
-        ParameterError: its propulsion has no limits, so that it has no top speed.
-    """
+    """The units of a ship. Raises ParameterError if its propulsion has no limits, so that it has no top speed."""
     s = ship
     for name in ("surge_force_limit", "yaw_moment_limit"):
         if math.isinf(getattr(s, name)):
@@ -109,8 +98,7 @@ def _steady(load: float, linear: float, quadratic: float, cubic: float) -> float
 def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
     """A circle that a ship follows with a reserve: 5·L at U/3, wider or slower where that takes too much.
 
-    Raises:
-        ParameterError: no circle of a hundred lengths and more is feasible for this hull.
+    Raises ParameterError if no circle of a hundred lengths and more is feasible for this hull.
     """
 
     def rise_time(speed: float) -> float:
@@ -129,13 +117,8 @@ def feasible_turn(
 ) -> Circle:
     """The turn of a curve that a ship follows with a reserve: as tight and fast as wanted, or wider or slower.
 
-    Args:
-        curve: Makes the curve of a radius, m.
-        size: Radius and speed wanted, m and m/s.
-        rise_time: Duration of the start up to a speed, s.
-
-    Raises:
-        ParameterError: no such curve is feasible for this hull.
+    `curve`: makes the curve of a radius, m. `size`: radius and speed wanted, m and m/s. `rise_time`: duration of the start up
+    to a speed, s. Raises ParameterError if no such curve is feasible for this hull.
     """
     (radius, speed), vessel = size, ship.coefficients()
     for _ in range(ADJUSTMENTS):
@@ -206,10 +189,8 @@ def motion_limits(s: Scale) -> dict[str, float]:
 def references(circle: Circle, s: Scale, decay: float) -> dict[str, float]:
     """Circle and other references, and the limits of motions to goals, by the names of the template.
 
-    A run lasts until the error of the start has decayed, and the law knows the ship.
-
-    Args:
-        decay: Rate at which the drift decays if the law must be slower than it, else -1, 1/s.
+    A run lasts until the error of the start has decayed, and the law knows the ship. `decay`: rate at which the drift decays if
+    the law must be slower than it, else -1, 1/s.
     """
     time = s.T if decay < 0.0 else max(s.T, 1.0 / decay)
     return {

@@ -50,57 +50,38 @@ from vessel_hsmc_ros.scenario.ship_rules import scale_of
 
 SCENARIO = "case2_tracking"
 
-WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}
-"""The windows at the end of a run, and the fraction of the run before each."""
+WINDOWS = {"last_quarter": 0.75, "last_half": 0.5}  # the windows at the end of a run, and the fraction of the run before each
 
 
 @dataclass(frozen=True)
 class Row:
-    """One case of a suite.
+    """One case of a suite."""
 
-    Attributes:
-        name: Name of the row in tables.
-        scenario: Scenario it is derived from.
-        changes: Changed values by `node.parameter`.
-        over: Window in which the limits hold, one of WINDOWS.
-        at_most: Limit of the rms position error in the window, m; None for no limit.
-        largest: Limit of the largest position error in the window, m.
-        excursion: Limit of the largest position error of the entire run, as a multiple of the initial one.
-        legs_at_most: Limit of the rms cross-track error on the planned legs, m.
-    """
-
-    name: str
-    scenario: str = SCENARIO
-    changes: Mapping[str, object] = field(default_factory=dict)
-    over: str = "last_quarter"
-    at_most: float | None = None
-    largest: float | None = None
-    excursion: float | None = None
-    legs_at_most: float | None = None
+    name: str  # name of the row in tables
+    scenario: str = SCENARIO  # scenario it is derived from
+    changes: Mapping[str, object] = field(default_factory=dict)  # changed values by `node.parameter`
+    over: str = "last_quarter"  # window in which the limits hold, one of WINDOWS
+    at_most: float | None = None  # limit of the rms position error in the window, m; None for no limit
+    largest: float | None = None  # limit of the largest position error in the window, m
+    excursion: float | None = None  # limit of the largest position error of the entire run, as a multiple of the initial one
+    legs_at_most: float | None = None  # limit of the rms cross-track error on the planned legs, m
 
 
 class Verdict(NamedTuple):
-    """Evaluation of a run against the limits of its row.
+    """Evaluation of a run against the limits of its row."""
 
-    Attributes:
-        rms, largest: Position errors in the window of the row, m.
-        excursion: Largest position error of the run as a multiple of the initial one.
-        legs: Cross-track error on the planned legs, rms, m; infinite where there are none.
-        hit: Whether every limit holds.
-    """
-
+    # rms, largest: position errors in the window of the row, m
     rms: float
     largest: float
-    excursion: float
-    legs: float
-    hit: bool
+    excursion: float  # largest position error of the run as a multiple of the initial one
+    legs: float  # cross-track error on the planned legs, rms, m; infinite where there are none
+    hit: bool  # whether every limit holds
 
 
 def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
     """Evaluate a run against the limits of its row; without limits every finite run is a hit.
 
-    Args:
-        track: Its planned legs; None where there are none.
+    `track`: its planned legs; None where there are none.
     """
     distance = position_error(run.state, run.reference)
     begin = run.time[0] + WINDOWS[row.over] * (run.time[-1] - run.time[0])
@@ -119,11 +100,8 @@ def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
 def load_suite(name: str | Path) -> tuple[Row, ...]:
     """Read the rows of a suite.
 
-    Args:
-        name: A suite of the package, such as `guided`, or the path of a YAML file.
-
-    Raises:
-        ScenarioError: the suite is unknown, unreadable or malformed.
+    `name`: a suite of the package, such as `guided`, or the path of a YAML file. Raises ScenarioError if the suite is unknown,
+    unreadable or malformed.
     """
     path = _find(name)
     try:
@@ -186,13 +164,8 @@ class SuiteShip(NamedTuple):
 def ship_of(name: str, data: Any, where: str) -> SuiteShip:
     """The ship of main data.
 
-    Args:
-        data: Main data by their names, those of `vessel-hsmc init`.
-        where: The file, for error messages.
-
-    Raises:
-        ScenarioError: the data are no numbers by name.
-        ParameterError: a datum is unknown or out of range.
+    `data`: main data by their names, those of `vessel-hsmc init`. Raises ScenarioError if the data are no numbers by name;
+    ParameterError if a datum is unknown or out of range.
     """
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise ScenarioError(f"{where}: ship {name} = {data} is not allowed: it takes main data such as {{length: 5.0}}")
@@ -216,12 +189,8 @@ def _ship(name: str, data: MainData) -> SuiteShip:
 def in_numbers(value: Any, units: Mapping[str, float], where: str) -> Any:
     """A value whose number or numbers may be in a unit of a ship, such as `{L: 0.02}`.
 
-    Args:
-        units: Those of the ship; empty where there is none.
-        where: What the value belongs to, for error messages.
-
-    Raises:
-        ScenarioError: there is no such unit, or it is not one of numbers.
+    `units`: those of the ship; empty where there is none. Raises ScenarioError if there is no such unit, or it is not one of
+    numbers.
     """
     if not isinstance(value, dict):
         return value

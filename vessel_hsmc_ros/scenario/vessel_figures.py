@@ -25,14 +25,11 @@ from vessel_hsmc_ros.scenario.vessels import LibraryVessel, hull_data, read_vess
 
 CALM = (0.0, 0.0, 0.0)
 
-AGREEMENT = 0.05
-"""Largest relative difference from a published figure that counts as agreement."""
-
+AGREEMENT = 0.05  # largest relative difference from a published figure that counts as agreement
 COARSE = {"towing_surge_damping": 0.3, "towing_sway_damping": 0.3}
 """The same for figures that come from measurements of another loading condition."""
 
-TOWING = 0.2
-"""Largest speed of the towing tests, m/s."""
+TOWING = 0.2  # largest speed of the towing tests, m/s
 
 
 def figure(unit: str, words: str) -> Any:
@@ -121,8 +118,7 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
 def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
     """The relative differences of computed figures from the published ones, by name.
 
-    Raises:
-        ParameterError: a published figure is not one of Figures.
+    Raises ParameterError if a published figure is not one of Figures.
     """
     known = [each.name for each in fields(Figures)]
     for name in vessel.published:
@@ -152,8 +148,7 @@ HEAD = ("vessel", "name", "inputs", "length m", "mass kg", "top m/s", "turn rad/
 
 COMPARED = ("vessel", "figure", "computed", "published", "difference")
 
-INFORMATION = {each.name: each.metadata for each in fields(Figures)}
-"""Unit and meaning of each figure."""
+INFORMATION = {each.name: each.metadata for each in fields(Figures)}  # unit and meaning of each figure
 
 
 def published_vessels() -> list[LibraryVessel]:

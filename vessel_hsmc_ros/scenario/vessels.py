@@ -25,9 +25,7 @@ from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
 from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line
 
-ACTUATORS = "actuators."
-"""Prefix of the plant's actuators."""
-
+ACTUATORS = "actuators."  # prefix of the plant's actuators
 PAPERS_SHIP = "paper_ship"
 
 PERIODIC_FORCES = tuple(f"disturbance.periodic.{force}" for force in ("surge_force", "sway_force", "yaw_moment"))
@@ -46,36 +44,22 @@ REQUIRED = (
 )
 """What a vessel file must give; the paper's values would be wrong for another ship."""
 
-DRAUGHT_FACTOR = 0.2
-"""Draught in terms of the beam, where a vessel file leaves it out; only waves use it."""
+DRAUGHT_FACTOR = 0.2  # draught in terms of the beam, where a vessel file leaves it out; only waves use it
 
 
 @dataclass(frozen=True)
 class LibraryVessel:
-    """A vessel of the library, or of a file of one's own.
+    """A vessel of the library, or of a file of one's own."""
 
-    Attributes:
-        key: The name of its file without the ending, by which scenarios refer to a vessel of the library.
-        name: Its name in words.
-        description: What it is.
-        values: Hull data by their names in a scenario, `vessel.length` and so on.
-        mass: Mass without added mass, kg; None where the file does not state it.
-        source: Citation, doi, url, table, licence.
-        verified: What agrees with the source.
-        unverified: What could not be checked.
-        published: Figures that the source states.
-        path: Its file.
-    """
-
-    key: str
-    name: str
+    key: str  # the name of its file without the ending, by which scenarios refer to a vessel of the library
+    name: str  # its name in words
     description: str
-    values: Mapping[str, Value]
-    mass: float | None
-    source: Mapping[str, str]
-    verified: tuple[str, ...]
-    unverified: tuple[str, ...]
-    published: Mapping[str, float]
+    values: Mapping[str, Value]  # hull data by their names in a scenario, `vessel.length` and so on
+    mass: float | None  # mass without added mass, kg; None where the file does not state it
+    source: Mapping[str, str]  # citation, doi, url, table, licence
+    verified: tuple[str, ...]  # what agrees with the source
+    unverified: tuple[str, ...]  # what could not be checked
+    published: Mapping[str, float]  # figures that the source states
     path: Path = field(repr=False)
 
     def hull(self) -> ShipParameters:
@@ -93,13 +77,9 @@ def vessel_names() -> list[str]:
 def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
     """Read a vessel.
 
-    Args:
-        name: A vessel of the library, such as `otter`, or the path of a vessel file.
-        folder: Where a relative path starts, if a file is there; else in the working directory.
-
-    Raises:
-        ScenarioError: the vessel is unknown, or its file cannot be read or has sections that are not allowed.
-        ParameterError: a hull datum is unknown, missing or out of range.
+    `name`: a vessel of the library, such as `otter`, or the path of a vessel file. `folder`: where a relative path starts, if a
+    file is there; else in the working directory. Raises ScenarioError if the vessel is unknown, or its file cannot be read or
+    has sections that are not allowed; ParameterError if a hull datum is unknown, missing or out of range.
     """
     path = _find(name, folder)
     try:
@@ -112,13 +92,8 @@ def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
 def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], folder: Path = Path()) -> dict[str, object]:
     """The values of a node, preceded by those of the vessel that they name.
 
-    Args:
-        values: Values by their dotted names; those given override those of the vessel.
-        entries: What the node declares, by dotted names.
-        folder: Where the path of a vessel file starts.
-
-    Raises:
-        ScenarioError, ParameterError: as `read_vessel`.
+    `values`: values by their dotted names; those given override those of the vessel. `folder`: where the path of a vessel file
+    starts. Raises ScenarioError, ParameterError as `read_vessel`.
     """
     name = values.get(VESSEL_NAME)
     # Flags describe no hull: they are choices of the scenario.

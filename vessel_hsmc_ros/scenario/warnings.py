@@ -13,17 +13,14 @@ from vessel_hsmc_ros.reference.path_parameters import scheduled_path
 from vessel_hsmc_ros.scenario.ineffective import ineffective
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
-SHIPS = (PLANT, REFERENCE, CONTROLLER)
-"""The nodes that have hull data."""
-
+SHIPS = (PLANT, REFERENCE, CONTROLLER)  # the nodes that have hull data
 FORCES = ("surge_force", "sway_force", "yaw_moment")
 
 
 def check_scenario(scenario: Scenario) -> list[str]:
     """Find what a scenario leaves at the paper's values although it describes another ship, and a law that was not chosen.
 
-    Returns:
-        One line for each finding; none for the scenarios of the package.
+    Returns one line for each finding; none for the scenarios of the package.
     """
     found = []
     if any(another_ship(getattr(scenario, node).vessel) for node in SHIPS):
@@ -46,11 +43,7 @@ def check_scenario(scenario: Scenario) -> list[str]:
 def check_effects(scenario: Scenario, commanded: Collection[str] = ()) -> list[str]:
     """Find the settings of a scenario that are given and have no effect.
 
-    Args:
-        commanded: The parameters, as `node.parameter`, that a person gave on the command line.
-
-    Returns:
-        One line for each finding; none for the scenarios of the package.
+    Returns one line for each finding; none for the scenarios of the package.
     """
     lines: list[str] = []
     for node in SHIPS:

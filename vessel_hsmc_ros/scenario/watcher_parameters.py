@@ -109,11 +109,7 @@ class NavsatOdometryParameters(CommonParameters):
     frame: str = parameter("odom", "Frame of the odometry, without frame_prefix.")
 
     def __post_init__(self) -> None:
-        """Check the datum, of which there are two numbers or none.
-
-        Raises:
-            ParameterError: there is another number of them.
-        """
+        """Check the datum, of which there are two numbers or none. Raises ParameterError if there is another number of them."""
         if len(self.datum) not in (0, 2) or not all(map(math.isfinite, self.datum)):
             raise ParameterError(
                 f"navsat_odom.datum = {list(self.datum)} is not allowed: it takes latitude and longitude, or none"
@@ -167,11 +163,7 @@ class DriveParameters(CommonParameters):
     freshness: FreshnessParameters = group(FreshnessParameters)
 
     def __post_init__(self) -> None:
-        """Check the sign.
-
-        Raises:
-            ParameterError: it is neither 1 nor -1.
-        """
+        """Check the sign. Raises ParameterError if it is neither 1 nor -1."""
         if abs(self.steering_sign) != 1.0:
             raise ParameterError(f"drive.steering_sign = {self.steering_sign:g} is not allowed: it takes 1 or -1")
 
@@ -264,5 +256,4 @@ class FaultRelayParameters(CommonParameters):
     rate_hz: float = rate("Rate of the plant, by which the relay counts the steps of a lockstep run.")
 
 
-AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}
-"""Nodes whose parameters are not part of a scenario."""
+AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}  # nodes whose parameters are not part of a scenario

@@ -59,18 +59,14 @@ def _installed() -> bool:
     return found
 
 
-_loading = threading.RLock()
-"""Held while machine code is loaded or compiled, for which Numba is changed."""
+_loading = threading.RLock()  # held while machine code is loaded or compiled, for which Numba is changed
 
 
 class Compiled:
     """A kernel as machine code, loaded from the cache or compiled at its first call; interpreted where nothing can be compiled.
 
-    Args:
-        function: The kernel.
-        title: What to call it in the log, if it takes long to compile.
-        kernels: Kernels that take the place of names of its module.
-        allocates: Whether it makes arrays.
+    `title`: what to call it in the log, if it takes long to compile. `kernels`: kernels that take the place of names of its
+    module.
     """
 
     def __init__(self, function: Function, title: str, kernels: Mapping[str, Function], allocates: bool = True) -> None:
@@ -157,12 +153,9 @@ _made: dict[Any, Compiled] = {}
 def compiled(function: Function, title: str = "", allocates: bool = True, **kernels: Function) -> Compiled:
     """A kernel compiled, with all the kernels that it calls.
 
-    Args:
-        function: The kernel.
-        title: What to call it in the log, if it takes long to compile.
-        allocates: Whether it makes arrays. A kernel that does not is twice as fast without the counting of references to its
-            arguments' arrays.
-        kernels: Kernels that take the place of names of its module, as in `core.kernel.bound`.
+    `title`: what to call it in the log, if it takes long to compile. `allocates`: whether it makes arrays. A kernel that does
+    not is twice as fast without the counting of references to its arguments' arrays. `kernels`: kernels that take the place of
+    names of its module, as in `core.kernel.bound`.
     """
     key = function, allocates, *kernels.items()
     if key not in _made:
@@ -196,26 +189,17 @@ def _is_kernel(value: object) -> bool:
 
 PACKAGE = Path(__file__).parents[1]
 
-MARK = "\n@kernel\n"
-"""What a room with kernels has in one of its files."""
-
-KEPT_VERSIONS = 4
-"""Number of folders that are kept in a place, so that environments that share it do not remove each other's."""
+MARK = "\n@kernel\n"  # what a room with kernels has in one of its files
+KEPT_VERSIONS = 4  # number of folders that are kept in a place, so that environments that share it do not remove each other's
 
 
 @dataclass(frozen=True)
 class CacheEntry:
-    """The stored machine code of one kernel.
-
-    Attributes:
-        folder: Where it is.
-        present: Whether there is any.
-        writable: Whether it can be read or written there; if not, the kernel is compiled anew in every process.
-    """
+    """The stored machine code of one kernel."""
 
     folder: Path
-    present: bool
-    writable: bool
+    present: bool  # whether there is any
+    writable: bool  # whether it can be read or written there; if not, the kernel is compiled anew in every process
 
     @contextlib.contextmanager
     def in_use(self) -> Iterator[None]:
@@ -237,11 +221,7 @@ class CacheEntry:
 
 @contextlib.contextmanager
 def cached(name: str) -> Iterator[CacheEntry]:
-    """A context with the entry of a kernel; it is locked as long as it is empty, so that two processes do not both compile.
-
-    Args:
-        name: A name that is unique to the kernel.
-    """
+    """A context with the entry of a kernel; it is locked as long as it is empty, so that two processes do not both compile."""
     folders = [place / cache_key() / name for place in cache_places()]
     found = next((folder for folder in folders if _stored(folder)), None)
     folder = found if found and os.access(found, os.W_OK) else next((folder for folder in folders if _folder_made(folder)), None)

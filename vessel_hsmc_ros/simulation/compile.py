@@ -83,9 +83,8 @@ def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
 def main(names: Sequence[str] = ()) -> None:
     """Compile what is not stored in two processes, and print what each has taken.
 
-    Args:
-        names: Of the laws, without the observer and with it; by default all that can be compiled, what is often used, and the
-            references.
+    `names`: of the laws, without the observer and with it; by default all that can be compiled, what is often used, and the
+    references.
     """
     if not available():
         return

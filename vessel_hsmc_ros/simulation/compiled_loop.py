@@ -24,8 +24,7 @@ from vessel_hsmc_ros.plant.step import advance as advance_plant
 from vessel_hsmc_ros.scenario.control import may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import Compiled, available, compiled
-from vessel_hsmc_ros.simulation.interpreted_loop import InterpretedLoop
-from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, Loop, all_terms, is_compilable
+from vessel_hsmc_ros.simulation.loop import BRIEF, WIDTH, Control, Evaluated, InterpretedLoop, Loop, all_terms, is_compilable
 from vessel_hsmc_ros.simulation.preparation import Constants, Inputs, Kept, State, drive_by_thrusters, prepare
 
 DONE, UNDEFINED, DIVERGED, OUTDATED = 0, 1, 2, 3
@@ -63,10 +62,7 @@ def desired_motion(reference: Array, i: int) -> Motion:
 def control_inputs(k: int, measured: Motion, desired: Motion, inputs: Inputs) -> ControlInputs:
     """What the control period of step k takes.
 
-    Args:
-        k: Index of the step.
-        measured, desired: States of ship and reference as their messages give them.
-        inputs: What is known of every step.
+    `measured`, `desired`: states of ship and reference as their messages give them.
     """
     row = inputs.reference[inputs.schedule.latest[k]]
     rate = Acceleration(row[6], row[7], row[8])
@@ -89,13 +85,11 @@ def keep(
     """Write a row.
 
     Args:
-        row: The row, shape (35,).
         time: Time, s.
         received: State, measurement and reference as their messages give them.
         wrench: Commanded surge force [N] and yaw moment [N·m].
         disturbing: Disturbing wrench, N, N, N·m.
         state: State of the plant, with the wrench that its actuators apply.
-        c: Constants of the plant.
     """
     row[0] = time
     for i in range(3):
@@ -113,12 +107,8 @@ def keep(
 def keep_brief(brief: Array, k: int, state: Motion, desired: Motion, tau: Wrench, wrench: tuple[float, float]) -> None:
     """Write a column of what metrics need.
 
-    Args:
-        brief: The array, (7, n).
-        k: Index of the step.
-        state, desired: State and reference as their messages give them.
-        tau: Applied wrench, N, N, N·m.
-        wrench: Commanded surge force [N] and yaw moment [N·m].
+    `brief`: the array, (7, n). `state`, `desired`: state and reference as their messages give them. `tau`: applied wrench, N,
+    N, N·m. `wrench`: commanded surge force [N] and yaw moment [N·m].
     """
     brief[0, k], brief[1, k], brief[2, k] = state.x - desired.x, state.y - desired.y, state.psi - desired.psi
     brief[3, k], brief[4, k] = tau[0], tau[2]
@@ -129,15 +119,8 @@ def keep_brief(brief: Array, k: int, state: Motion, desired: Motion, tau: Wrench
 def advance(start: int, stop: int, state: State, constants: Constants, inputs: Inputs, kept: Kept) -> tuple[int, int, State]:
     """Steps start to stop - 1 of the loop.
 
-    Args:
-        start, stop: Indices of steps.
-        state: What the step before `start` has left; its arrays are written in place.
-        constants: What stays constant.
-        inputs: What is known of every step.
-        kept: Arrays to write.
-
-    Returns:
-        Why the loop has stopped, the number of rows that are done, and the state that they have left.
+    `start`, `stop`: indices of steps. `state`: what the step before `start` has left; its arrays are written in place. Returns
+    why the loop has stopped, the number of rows that are done, and the state that they have left.
     """
     periods, plant, controller = state
     c, last = constants.plant, len(inputs.schedule.time) - 1
@@ -174,10 +157,7 @@ def advance(start: int, stop: int, state: State, constants: Constants, inputs: I
 def keep_period(k: int, period: Period, kept: Kept) -> None:
     """Write what the controller has computed in a control period.
 
-    Args:
-        k: Its index.
-        period: Its result; the memory of the law has the weights that it has used.
-        kept: Arrays to write.
+    `period`: its result; the memory of the law has the weights that it has used.
     """
     if k < len(kept.terms):
         write(kept.terms[k], 0, period.terms)
@@ -197,12 +177,7 @@ def make_loop(
 ) -> Loop:
     """Make the loop of a scenario: compiled where its law can be, otherwise interpreted.
 
-    Args:
-        scenario: A scenario with a duration.
-        samples: Number of rows of the complete run.
-        law: A control law that replaces the scenario's.
-        interpreted: Run interpreted in any case.
-        brief: Array for what a compiled run that is only to be evaluated keeps, (BRIEF, samples).
+    `brief`: array for what a compiled run that is only to be evaluated keeps, (BRIEF, samples).
     """
     law = law or make_law(scenario.controller)
     # The compiled loop has no supervision, and takes a reference that is known before the run.
@@ -227,11 +202,8 @@ def compiled_loop(law: type[KernelLaw[Any]], observed: bool, by_thrusters: bool 
 class CompiledLoop(Loop):
     """Plant, reference ship and controller as one compiled kernel.
 
-    Args:
-        scenario: A scenario with a duration.
-        samples: Number of rows of the complete run.
-        law: The law; it is reset.
-        brief: Array for what its metrics need, (BRIEF, samples), instead of rows and all that the controller computes.
+    `law`: the law; it is reset. `brief`: array for what its metrics need, (BRIEF, samples), instead of rows and all that the
+    controller computes.
 
     Raises:
         SimulationError: the motion of the reference is no longer finite.

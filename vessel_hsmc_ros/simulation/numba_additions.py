@@ -14,8 +14,7 @@ from numba.extending import overload, overload_method
 
 from vessel_hsmc_ros.core import arrays
 
-OUTERMOST = "_outermost"
-"""Ends the name of a function that is called from Python."""
+OUTERMOST = "_outermost"  # ends the name of a function that is called from Python
 
 
 @contextlib.contextmanager

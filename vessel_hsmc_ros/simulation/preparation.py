@@ -41,106 +41,62 @@ class Constants(NamedTuple):
 
 
 class Schedule(NamedTuple):
-    """The instants of a run.
+    """The instants of a run."""
 
-    Attributes:
-        stamp: Times of the steps, (n,) ns.
-        time: The same, (n,) s.
-        due: Whether a control period begins, (n,).
-        measured_at: Times of the measurements that odometry shows, (n,) ns.
-        age: How much older than the step they are, (n,) s.
-        behind: The same in control periods, rounded, (n,).
-        latest: Index of the latest published motion of the reference, (n,).
-        sampled: Whether position, heading and velocities are sampled, (n, 3).
-    """
-
-    stamp: NDArray[np.int64]
-    time: Array
-    due: NDArray[np.bool_]
-    measured_at: NDArray[np.int64]
-    age: Array
-    behind: NDArray[np.int64]
-    latest: NDArray[np.int64]
-    sampled: NDArray[np.bool_]
+    stamp: NDArray[np.int64]  # times of the steps, (n,) ns
+    time: Array  # the same, (n,) s
+    due: NDArray[np.bool_]  # whether a control period begins, (n,)
+    measured_at: NDArray[np.int64]  # times of the measurements that odometry shows, (n,) ns
+    age: Array  # how much older than the step they are, (n,) s
+    behind: NDArray[np.int64]  # the same in control periods, rounded, (n,)
+    latest: NDArray[np.int64]  # index of the latest published motion of the reference, (n,)
+    sampled: NDArray[np.bool_]  # whether position, heading and velocities are sampled, (n, 3)
 
 
 class Inputs(NamedTuple):
-    """What is known of every step before the run.
-
-    Attributes:
-        schedule: The instants.
-        reference: Motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10).
-        sensor_noise: Standard normal numbers of the sensors, (n, 6); none where they are perfect.
-        gust_noise: Standard normal numbers of the gusts, (n, 2); none where no wind blows.
-    """
+    """What is known of every step before the run."""
 
     schedule: Schedule
-    reference: Array
-    sensor_noise: Array
-    gust_noise: Array
+    reference: Array  # motions of the reference as published: x, y, psi, u, v, r, du, dv, dr, and psi as received, (m, 10)
+    sensor_noise: Array  # standard normal numbers of the sensors, (n, 6); none where they are perfect
+    gust_noise: Array  # standard normal numbers of the gusts, (n, 2); none where no wind blows
 
 
 class State(NamedTuple):
-    """What a step leaves to the next.
+    """What a step leaves to the next."""
 
-    Attributes:
-        periods: Number of control periods so far.
-        plant: State of the plant.
-        controller: State of the controller, with the present command.
-    """
-
-    periods: int
-    plant: PlantState
-    controller: ControlState
+    periods: int  # number of control periods so far
+    plant: PlantState  # state of the plant
+    controller: ControlState  # state of the controller, with the present command
 
 
 class Kept(NamedTuple):
-    """What the loop writes; arrays without elements are left out.
+    """What the loop writes; arrays without elements are left out."""
 
-    Attributes:
-        rows: By the columns of `loop.WIDTHS`, (n, 35).
-        brief: What metrics need instead of rows: x, y, psi minus those of the reference, applied wrench, command, (7, n).
-        terms: Terms of the law, (m, t).
-        weights: Weights of its networks, (m, k, l).
-        estimates: x, y, psi, u, v, r of the observer, and psi as received, (m, 7).
-        back: What the tracking errors at the origin exceed those at the centre of percussion by, (m, 4).
-    """
-
-    rows: Array
-    brief: Array
-    terms: Array
-    weights: Array
-    estimates: Array
-    back: Array
+    rows: Array  # by the columns of `loop.WIDTHS`, (n, 35)
+    brief: Array  # what metrics need instead of rows: x, y, psi minus those of the reference, applied wrench, command, (7, n)
+    terms: Array  # terms of the law, (m, t)
+    weights: Array  # weights of its networks, (m, k, l)
+    estimates: Array  # x, y, psi, u, v, r of the observer, and psi as received, (m, 7)
+    back: Array  # what the tracking errors at the origin exceed those at the centre of percussion by, (m, 4)
 
 
-NEVER = -1
-"""The stamp of the last command before the first."""
+NEVER = -1  # the stamp of the last command before the first
 
 
 class ThrusterDrive(NamedTuple):
-    """Constants of allocation and thrusters, and their states, arrays that are written in place.
-
-    Attributes:
-        allocator, thrusters: The constants.
-        allocation, now: The states of the allocation, (k, COLUMNS), and of the thrusters.
-        last: Stamp of the last command, (1,) ns.
-    """
+    """Constants of allocation and thrusters, and their states, arrays that are written in place."""
 
     allocator: Allocator
     thrusters: Thrusters
+    # allocation, now: the states of the allocation, (k, COLUMNS), and of the thrusters
     allocation: Any
     now: ThrusterState
-    last: Any
+    last: Any  # stamp of the last command, (1,) ns
 
 
 def thruster_drive(scenario: Scenario, period: float) -> ThrusterDrive | tuple[()]:
-    """The drive of a scenario before its first step; nothing where a wrench drives the ship.
-
-    Args:
-        scenario: The scenario.
-        period: Of the plant, s.
-    """
+    """The drive of a scenario before its first step; nothing where a wrench drives the ship."""
     if not scenario.vessel_sim.by_thrusters:
         return ()
     layout, known = scenario.vessel_sim.vessel.thrusters, scenario.thruster_allocation.vessel.thrusters
@@ -155,13 +111,8 @@ def drive_by_thrusters(
 ) -> PlantState:
     """The state of the plant with the wrench that its thrusters give for a command.
 
-    Args:
-        stamp: Of the command, ns.
-        plant: State of the plant.
-        wrench: Commanded surge force [N] and yaw moment [N·m].
-        surge_speed: As measured, m/s.
-        c: Constants of the plant.
-        drive: Allocation and thrusters; their states are written.
+    `stamp`: of the command, ns. `wrench`: commanded surge force [N] and yaw moment [N·m]. `surge_speed`: as measured, m/s.
+    `drive`: allocation and thrusters; their states are written.
     """
     last = drive.last[0]
     elapsed = elapsed_time(stamp, last) if last >= 0 else 0.0
@@ -181,14 +132,8 @@ class Prepared(NamedTuple):
 def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     """Prepare a run; runs of the same schedule or reference share them.
 
-    Args:
-        scenario: A scenario with a duration.
-        samples: Number of rows.
-        law: The law, which this does not change; its memory is copied.
-
-    Raises:
-        ParameterError: as `make_reference`.
-        SimulationError: the motion of the reference is no longer finite.
+    `law`: the law, which this does not change; its memory is copied. Raises ParameterError as `make_reference`; SimulationError
+    if the motion of the reference is no longer finite.
     """
     sim, controller, ship = scenario.vessel_sim, scenario.controller, scenario.reference_ship
     period = RateGrid(sim.rate_hz).period
@@ -223,11 +168,8 @@ def schedule(
 ) -> Schedule:
     """The instants of a run.
 
-    Args:
-        samples: Number of odometry messages.
-        plant_rate, control_rate, reference_rate: Rates of plant, law and reference, Hz.
-        sensor_rates: Those of position, heading and velocities, Hz; 0 for every message.
-        late: Delay of the odometry in periods of the plant.
+    `samples`: number of odometry messages. `sensor_rates`: those of position, heading and velocities, Hz; 0 for every message.
+    `late`: delay of the odometry in periods of the plant.
     """
     stamps = RateGrid(plant_rate).stamps(samples)
     periods = RateGrid(control_rate).indices(stamps)
@@ -249,10 +191,7 @@ def schedule(
 def reference_of(parameters: ReferenceShipParameters, rate_hz: float, count: int) -> Array:
     """The motions of a reference as published, and the heading as received; see `Inputs`.
 
-    Args:
-        parameters: Parameters of the node reference_ship.
-        rate_hz: Rate at which it is published, Hz.
-        count: Number of instants.
+    `rate_hz`: rate at which it is published, Hz.
     """
     rows = np.empty((count, 10))
     rows[:, :9] = trajectory(parameters, rate_hz, count, compiled)

@@ -22,33 +22,22 @@ from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.loop import is_compilable
 
-MIN_COMPILED_STEPS = 5000
-"""Fewer steps are interpreted: that takes less time than to load the compiled law."""
+MIN_COMPILED_STEPS = 5000  # fewer steps are interpreted: that takes less time than to load the compiled law
 
 
 class Recorded(NamedTuple):
-    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it commands.
+    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it commands."""
 
-    Attributes:
-        stamp: Times of the steps that the messages belong to, (n,) ns.
-        due: Whether a control period begins, (n,).
-        measured_at: Times of the measurements, (n,) ns.
-        age: How much older than the messages' steps they are, (n,) s.
-        behind: The same in control periods, rounded, (n,).
-        motion, desired: x, y, psi, u, v, r of ship and reference, (n, 6).
-        acceleration: du, dv, dr of the reference, (n, 3).
-        wrench: Commanded surge force [N] and yaw moment [N·m], (n, 2), to be written.
-    """
-
-    stamp: NDArray[np.int64]
-    due: NDArray[np.bool_]
-    measured_at: NDArray[np.int64]
-    age: Array
-    behind: NDArray[np.int64]
+    stamp: NDArray[np.int64]  # times of the steps that the messages belong to, (n,) ns
+    due: NDArray[np.bool_]  # whether a control period begins, (n,)
+    measured_at: NDArray[np.int64]  # times of the measurements, (n,) ns
+    age: Array  # how much older than the messages' steps they are, (n,) s
+    behind: NDArray[np.int64]  # the same in control periods, rounded, (n,)
+    # motion, desired: x, y, psi, u, v, r of ship and reference, (n, 6)
     motion: Array
     desired: Array
-    acceleration: Array
-    wrench: Array
+    acceleration: Array  # du, dv, dr of the reference, (n, 3)
+    wrench: Array  # commanded surge force [N] and yaw moment [N·m], (n, 2), to be written
 
 
 @kernel
@@ -71,11 +60,7 @@ def replay_steps(
 ) -> tuple[int, ControlState]:
     """Compute the commands for the rows start to stop - 1.
 
-    Args:
-        start, stop: Rows.
-        state: What the row before `start` has left; its arrays are written in place.
-        constants: What stays constant.
-        recorded: Inputs and commands.
+    `start`, `stop`: rows. `state`: what the row before `start` has left; its arrays are written in place.
 
     Returns:
         The number of rows that are done, and the state that they have left; fewer than `stop` where the law has no finite wrench,
@@ -97,15 +82,8 @@ def replay_steps(
 def replay_controller(loop: ControlLoop, idle: Observer, recorded: Recorded, span: range, interpreted: bool = False) -> None:
     """Compute the commands for a span of recorded messages, and leave law, observer and wrench of the loop as they are then.
 
-    Args:
-        loop: The controller.
-        idle: An observer that is switched off, for a loop without one.
-        recorded: Inputs and commands.
-        span: The rows.
-        interpreted: Run interpreted in any case.
-
-    Raises:
-        ControlError: the law is not defined for a recorded input.
+    `idle`: an observer that is switched off, for a loop without one. Raises ControlError if the law is not defined for a
+    recorded input.
     """
     law = loop.law
     few = interpreted or len(span) < MIN_COMPILED_STEPS

@@ -30,11 +30,7 @@ BEST = "best.yaml"
 def write(folder: Path, result: Result) -> dict[str, Path]:
     """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind.
 
-    Args:
-        folder: An existing folder.
-
-    Raises:
-        ReportError: a file cannot be written.
+    Raises ReportError if a file cannot be written.
     """
     names = {
         "gains": BEST,
@@ -112,18 +108,12 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None  # JSON has no NaN
 
 
-MAX_LISTED_RUNS = 60
-"""Largest number of cases, and of trials of the front, that have a row of their own."""
-
+MAX_LISTED_RUNS = 60  # largest number of cases, and of trials of the front, that have a row of their own
 Lines = list[list[str]]
 
 
 def render(result: Result, pictures: Sequence[Path]) -> str:
-    """The page, with everything in it.
-
-    Args:
-        pictures: Those of the front and of the search.
-    """
+    """The page, with everything in it."""
     front, search = (path.read_bytes() for path in pictures)
     tuning = result.tuning
     metric = label(tuning.objective.metric)
@@ -223,14 +213,9 @@ def _cell(evaluation: Evaluation, index: int, metric: str) -> str:
 
 PRESENT, TUNED, FRONT = SERIES[1], SERIES[2], SERIES[0]
 
-COLUMNS = 4
-"""Largest number of panels in a row of the gains."""
-
-LOGARITHMIC_RATIO = 10.0
-"""Ratio of the largest to the smallest value from which on an axis is logarithmic."""
-
-MAX_SHOWN_RATIO = 30.0
-"""Trials with more than this multiple of the smallest cost or effort are drawn at the edge."""
+COLUMNS = 4  # largest number of panels in a row of the gains
+LOGARITHMIC_RATIO = 10.0  # ratio of the largest to the smallest value from which on an axis is logarithmic
+MAX_SHOWN_RATIO = 30.0  # trials with more than this multiple of the smallest cost or effort are drawn at the edge
 
 
 def draw_front(path: Path, result: Result) -> None:

@@ -22,22 +22,15 @@ HALF_DECADE = math.sqrt(10.0)
 
 
 class Gain(NamedTuple):
-    """A gain with its range.
+    """A gain with its range."""
 
-    Attributes:
-        parameter: Its name, as `controller.law.name`.
-        low, high: The range, inclusive.
-        logarithmic: Whether it is searched on a logarithmic scale.
-        whole: Whether it takes integers only.
-        unit: Its unit; empty for none.
-    """
-
-    parameter: str
+    parameter: str  # its name, as `controller.law.name`
+    # low, high: the range, inclusive
     low: float
     high: float
-    logarithmic: bool
-    whole: bool = False
-    unit: str = ""
+    logarithmic: bool  # whether it is searched on a logarithmic scale
+    whole: bool = False  # whether it takes integers only
+    unit: str = ""  # its unit; empty for none
 
     @property
     def name(self) -> str:
@@ -53,17 +46,10 @@ class Gain(NamedTuple):
 def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]:
     """Parse and check the gains of a tuning.
 
-    Args:
-        texts: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
-            without a range stands for all gains that match.
-        present: A scenario, whose values are the middle of the ranges that are not given.
-
-    Returns:
-        The gains in the given order.
-
-    Raises:
-        ParameterError: a gain is unknown, not one of the law, not a number or given twice, or its range is not inside the
-            declared one.
+    `texts`: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
+    without a range stands for all gains that match. `present`: a scenario, whose values are the middle of the ranges that are
+    not given. Raises ParameterError if a gain is unknown, not one of the law, not a number or given twice, or its range is not
+    inside the declared one.
     """
     values = schema.flatten(present.controller)
     entries = schema.entries(controller_parameters())
@@ -89,11 +75,7 @@ def _matching(pattern: str, law: str, entries: Mapping[str, Entry], values: Mapp
 
 
 def _declared(parameter: str, law: str, entries: Mapping[str, Entry]) -> Entry:
-    """The declaration of a gain of a law.
-
-    Raises:
-        ParameterError: it is not a number that the law or the observer declares.
-    """
+    """The declaration of a gain of a law."""
     name = parameter.removeprefix(NODE)
     mine = [known for known in entries if known.startswith((f"{law}.", SHARED))]
     if name in mine and parameter.startswith(NODE):
@@ -143,12 +125,8 @@ def _around(entry: Entry, value: Any) -> Gain:
 def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
     """The same scenario with other parameters of its controller.
 
-    Args:
-        values: Values by `controller.name`.
-
-    Raises:
-        InstabilityError: a gain is unstable at the controller's rate.
-        ParameterError: a value is out of range, or does not fit another one.
+    `values`: values by `controller.name`. Raises InstabilityError if a gain is unstable at the controller's rate;
+    ParameterError if a value is out of range, or does not fit another one.
     """
     changed = {name.removeprefix(NODE): value for name, value in values.items()}
     controller = schema.build(controller_parameters(), schema.flatten(scenario.controller) | changed, "controller")

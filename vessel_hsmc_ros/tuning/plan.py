@@ -40,39 +40,26 @@ from vessel_hsmc_ros.tuning.gains import NODE, Gain, with_gains
 
 LAW = "controller.law"
 
-SEED_STEP, SEEDS = 1_000_003, 2**31
-"""Held-out runs have the seed of their case plus this step, modulo the number of seeds."""
-
+SEED_STEP, SEEDS = 1_000_003, 2**31  # held-out runs have the seed of their case plus this step, modulo the number of seeds
 LIMITED = {"at_most": "position_error_rms_last_quarter", "largest": "position_error_peak_last_quarter"}
 """The metric that a limit of a suite bounds."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One run of a tuning.
+    """One run of a tuning."""
 
-    Attributes:
-        name: Its name in tables.
-        scenario: The scenario, with the present gains.
-        limits: Limits by metric; they are the scales of the cost.
-    """
-
-    name: str
-    scenario: Scenario
-    limits: Mapping[str, float] = field(default_factory=dict)
+    name: str  # its name in tables
+    scenario: Scenario  # the scenario, with the present gains
+    limits: Mapping[str, float] = field(default_factory=dict)  # limits by metric; they are the scales of the cost
 
 
 def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
     """The runs of a scenario, a suite or a campaign.
 
-    Args:
-        source: The name of a scenario or of a suite, or the path of a scenario, suite or campaign file.
-        changes: Further changes by `node.parameter`.
-        law: The law; empty for that of the file.
-
-    Raises:
-        ScenarioError: there is no such scenario, suite or campaign, or it cannot be read.
-        ParameterError: a parameter is unknown or out of range.
+    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file. Raises ScenarioError if
+    there is no such scenario, suite or campaign, or it cannot be read; ParameterError if a parameter is unknown or out of
+    range.
     """
     changes = {**changes, **({LAW: law} if law else {})}
     kind = _kind(source)
@@ -111,10 +98,7 @@ def _kind(source: str) -> str:
 def held_out_cases(source: str, changes: Mapping[str, object], law: str, others: bool) -> list[Case]:
     """Runs to evaluate a tuning on, which its search has not seen.
 
-    Args:
-        source: A scenario, a suite or a campaign.
-        changes: Further changes by `node.parameter`.
-        others: Whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
+    `others`: whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
     """
     if not others and _kind(source) == "campaign":
         campaign = Campaign.load(source)
@@ -129,11 +113,7 @@ def _reseeded(scenario: Scenario) -> Scenario:
 
 
 def law_of(cases: Sequence[Case]) -> str:
-    """The law of all cases.
-
-    Raises:
-        ScenarioError: there is no case, or the cases have several laws.
-    """
+    """The law of all cases. Raises ScenarioError if there is no case, or the cases have several laws."""
     laws = sorted({case.scenario.controller.law for case in cases})
     if not laws:
         raise ScenarioError("a tuning without runs is not allowed: the suite has no rows")
@@ -145,14 +125,10 @@ def law_of(cases: Sequence[Case]) -> str:
     return laws[0]
 
 
-FLOOR, PENALTY = 0.01, 1000.0
-"""The smallest ratio, and the largest, which a run that fails has."""
-
+FLOOR, PENALTY = 0.01, 1000.0  # the smallest ratio, and the largest, which a run that fails has
 AGGREGATES = ("geometric_mean", "worst")
 
-SETTLING = "settling_time"
-"""The metric that a run has no value of if it has not settled, which counts like a failure."""
-
+SETTLING = "settling_time"  # the metric that a run has no value of if it has not settled, which counts like a failure
 ERROR, EFFORTS = "position_error_rms_last_quarter", ("yaw_moment_rms", "surge_force_rms")
 """The metric of the cost by default, and the metrics of the effort, the first of which is drawn beside another cost."""
 
@@ -167,18 +143,11 @@ class Cost(NamedTuple):
 
 @dataclass(frozen=True)
 class Objective:
-    """What is minimised.
+    """What is minimised."""
 
-    Attributes:
-        metric: The metric of the cost, a name of core.metrics.Metrics.
-        second: The metric of the effort.
-        two: Whether the effort is minimised too; else it is only evaluated.
-        aggregate: One of AGGREGATES.
-    """
-
-    metric: str = ERROR
-    second: str = EFFORTS[0]
-    two: bool = False
+    metric: str = ERROR  # the metric of the cost, a name of core.metrics.Metrics
+    second: str = EFFORTS[0]  # the metric of the effort
+    two: bool = False  # whether the effort is minimised too; else it is only evaluated
     aggregate: str = AGGREGATES[0]
 
     def __post_init__(self) -> None:
@@ -195,12 +164,8 @@ class Objective:
     def check(self, values: Array, failures: Sequence[str]) -> None:
         """Check that there is something to minimise.
 
-        Args:
-            values: The metrics of all runs, (n, 2).
-            failures: Why a run failed; empty for one that did not.
-
-        Raises:
-            ParameterError: no run has a value of a metric, although none failed: a limit that it refers to is not set.
+        `values`: the metrics of all runs, (n, 2). Raises ParameterError if no run has a value of a metric, although none
+        failed: a limit that it refers to is not set.
         """
         for name, column in zip((self.metric, self.second), values.T, strict=True):
             if name != SETTLING and np.isnan(column).all() and not any(failures):
@@ -209,11 +174,8 @@ class Objective:
     def scales(self, cases: Sequence[Case], present: Array) -> Array:
         """The scales of all runs, (n, 2).
 
-        Args:
-            present: The two metrics with the present gains, (n, 2), NaN where they have none.
-
-        Returns:
-            The limits of the cases, else the present values, else 1.
+        `present`: the two metrics with the present gains, (n, 2), NaN where they have none. Returns the limits of the cases,
+        else the present values, else 1.
         """
         limits = [[case.limits.get(name, np.nan) for name in (self.metric, self.second)] for case in cases]
         scales = np.where(np.isnan(limits), present, np.array(limits))
@@ -231,8 +193,7 @@ class Objective:
 def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
     """The objective by the names of the command line; without a second metric the effort is only evaluated.
 
-    Raises:
-        ParameterError: there is no metric of that name, or both are the same.
+    Raises ParameterError if there is no metric of that name, or both are the same.
     """
     second = next(name for name in EFFORTS if name != metric) if second_metric is None else second_metric
     return Objective(metric, second, second_metric is not None, aggregate)
@@ -244,43 +205,28 @@ def _value(outcome: Outcome, metric: str) -> float:
     return float("nan") if value is None else abs(value)
 
 
-MIN_PARALLEL_RUNS = 100
-"""From this number of runs on, parallel processes save more time than their start takes."""
+MIN_PARALLEL_RUNS = 100  # from this number of runs on, parallel processes save more time than their start takes
 
 
 class Evaluation(NamedTuple):
-    """A set of gains on a list of cases.
+    """A set of gains on a list of cases."""
 
-    Attributes:
-        values: The metrics of cost and effort of every case, (n, 2); NaN for a run that failed.
-        scales: Their scales, (n, 2).
-        failures: Why a run ended early, in one line each; empty for one that did not.
-        cost: The cost.
-    """
-
-    values: Array
-    scales: Array
-    failures: tuple[str, ...]
+    values: Array  # the metrics of cost and effort of every case, (n, 2); NaN for a run that failed
+    scales: Array  # their scales, (n, 2)
+    failures: tuple[str, ...]  # why a run ended early, in one line each; empty for one that did not
     cost: Cost
 
 
 @dataclass(frozen=True)
 class Tuning:
-    """What is tuned.
+    """What is tuned."""
 
-    Attributes:
-        cases: The runs of every trial; all have the same law.
-        gains: The gains and their ranges.
-        objective: The cost.
-        seed: Seed of the search; the noise of the runs has its own.
-        workers: Number of processes for the runs, which the results do not depend on; None for one per core if a trial has
-            MIN_PARALLEL_RUNS runs, else one.
-    """
-
-    cases: Sequence[Case]
-    gains: Sequence[Gain]
+    cases: Sequence[Case]  # the runs of every trial; all have the same law
+    gains: Sequence[Gain]  # the gains and their ranges
     objective: Objective
-    seed: int = 1
+    seed: int = 1  # seed of the search; the noise of the runs has its own
+    # number of processes for the runs, which the results do not depend on; None for one per core if a trial has
+    # MIN_PARALLEL_RUNS runs, else one
     workers: int | None = None
 
     def __post_init__(self) -> None:
@@ -322,18 +268,14 @@ class Tuning:
     def scenarios(self, gains: Mapping[str, float]) -> list[Scenario]:
         """The scenarios of all cases with other gains.
 
-        Raises:
-            InstabilityError: a gain is unstable at the rate of the law.
-            ParameterError: a gain does not fit another one.
+        Raises InstabilityError if a gain is unstable at the rate of the law; ParameterError if a gain does not fit another one.
         """
         return [with_gains(case.scenario, gains) for case in self.cases]
 
     def evaluate(self, cases: Sequence[Case], gains: Mapping[str, float], scales: Array | None = None) -> Evaluation:
         """Simulate cases with a set of gains.
 
-        Args:
-            gains: The gains by parameter; those that are left out keep their value.
-            scales: The scales of the metrics; None for the limits of the cases, else the values of these runs.
+        `scales`: the scales of the metrics; None for the limits of the cases, else the values of these runs.
         """
         outcomes = self.simulate([with_gains(case.scenario, gains) for case in cases])
         values = self.objective.values(outcomes)

@@ -1,4 +1,10 @@
-"""The result of a tuning: the best gains, the front of trade-offs, and what both are worth on held-out runs."""
+"""The search and its result: the best gains, the front of trade-offs, and what both are worth on held-out runs.
+
+Optuna proposes gains by a tree-structured Parzen estimator (TPE), and the runs of all cases give their cost. A search can be
+interrupted at any moment and goes on when it is started again. Its trials are a function of its definition alone: each batch is
+proposed from the completed batches with random numbers of its own, so that neither an interruption nor the number of worker
+processes changes them.
+"""
 
 import fcntl
 import math
@@ -8,37 +14,158 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import optuna
+from optuna.distributions import BaseDistribution, FloatDistribution, IntDistribution
+from optuna.samplers import TPESampler
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
+from optuna.trial import FrozenTrial, TrialState
+from scipy.stats import qmc
 
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
 from vessel_hsmc_ros.report.tables import label, text
+from vessel_hsmc_ros.runs.batch import Outcome
+from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.tuning.gains import Gain
 from vessel_hsmc_ros.tuning.plan import FLOOR, Case, Cost, Evaluation, Tuning
-from vessel_hsmc_ros.tuning.search import Search, Trial
+
+RUNS_OF_A_BATCH = 4  # as many trials are proposed together as have at least this number of runs, which keeps several cores busy
+FIRST = 10  # number of trials that do not depend on others
+RESULT, REASON = "result", "reason"  # attributes of a trial: its cost, effort and number of failed runs; why it was pruned
+
+
+class Trial(NamedTuple):
+    """One set of gains."""
+
+    number: int  # from 0; the first has the present gains, if they are inside the ranges
+    gains: dict[str, float]  # the gains by parameter
+    cost: Cost | None = None  # None for a pruned trial
+    reason: str = ""  # why it was pruned, such as a gain that is unstable at the rate of the law; empty if it was not
+
+
+@dataclass(frozen=True)
+class Search:
+    """The trials of a tuning in a study of Optuna."""
+
+    study: optuna.Study  # the study, which records them
+    tuning: Tuning
+    scales: Array  # the scales of the metrics of all cases, (n, 2)
+
+    def run(self, trials: int, report: Callable[[float, Sequence[Trial]], None]) -> list[Trial]:
+        """Evaluate trials until there are so many, those recorded before included.
+
+        `report`: called with the number of evaluated trials, in fractions, and those that are complete.
+        """
+        while True:
+            done = self.done()
+            report(len(done), done)
+            if len(done) >= trials:
+                return done
+            batch = self._proposed(len(done))[: trials - len(done)]
+            self._evaluate(batch, lambda more, done=done: report(len(done) + more, done))  # type: ignore[misc]
+
+    def done(self) -> list[Trial]:
+        """The trials that are complete or pruned."""
+        finished = self.study.get_trials(deepcopy=False, states=(TrialState.COMPLETE, TrialState.PRUNED))
+        return [_trial(number, each) for number, each in enumerate(finished)]
+
+    def _proposed(self, done: int) -> list[FrozenTrial]:
+        """The trials of the current batch that are not done; the batch is filled up."""
+        size = math.ceil(RUNS_OF_A_BATCH / len(self.tuning.cases))
+        waiting = []
+        for each in self.study.get_trials(deepcopy=False, states=(TrialState.RUNNING,)):
+            if len(each.params) == len(self.tuning.gains):
+                waiting.append(each)
+            else:  # the process was killed while it was proposed
+                self.study.tell(each.number, state=TrialState.FAIL)
+        for number in range(done + len(waiting), (done // size + 1) * size):
+            waiting.append(self._propose(number))
+        return waiting
+
+    def _propose(self, number: int) -> FrozenTrial:
+        """Propose a trial: the present gains, then an even spread over the ranges, then what the finished trials suggest."""
+        state = np.random.SeedSequence((self.tuning.seed, number)).generate_state(1)
+        self.study.sampler = TPESampler(seed=int(state[0]), n_startup_trials=FIRST)
+        # One waits already if the process was killed between these two steps; one that had begun has failed.
+        if number < FIRST and not self.study.get_trials(deepcopy=False, states=(TrialState.WAITING,)):
+            self.study.enqueue_trial(_first(self.tuning, number))
+        proposed = self.study.ask({gain.parameter: _distribution(gain) for gain in self.tuning.gains})
+        return self.study.get_trials(deepcopy=False)[proposed.number]
+
+    def _evaluate(self, batch: Sequence[FrozenTrial], report: Callable[[float], None]) -> None:
+        """Simulate the runs of a batch in one call, then record its trials in their order."""
+        planned = [_scenarios(self.tuning, each.params) for each in batch]
+        runs, finished = len(self.tuning.cases), 0
+
+        def count(_: Outcome) -> None:
+            nonlocal finished
+            finished += 1
+            report(finished / runs)
+
+        every = [scenario for scenarios, _ in planned for scenario in scenarios]
+        outcomes = iter(self.tuning.simulate(every, count))
+        for each, (scenarios, reason) in zip(batch, planned, strict=True):
+            values = self.tuning.objective.values([next(outcomes) for _ in scenarios])
+            self._record(each, None if reason else self.tuning.objective.cost(values, self.scales), reason)
+
+    def _record(self, each: FrozenTrial, cost: Cost | None, reason: str) -> None:
+        """Record the result of a trial; a pruned one has no cost."""
+        name, value = (REASON, reason) if cost is None else (RESULT, list(cost))
+        # By the storage: an optuna.Trial of a trial that an earlier process proposed would be proposed again.
+        self.study._storage.set_trial_user_attr(each._trial_id, name, value)
+        if cost is None:
+            self.study.tell(each.number, state=TrialState.PRUNED)
+        else:
+            # As logarithms: with two objectives the estimator weighs trials by volumes, which equal ratios should leave alone.
+            self.study.tell(each.number, [math.log(value) for value in cost[: len(self.study.directions)]])
+
+
+def _scenarios(tuning: Tuning, gains: dict[str, float]) -> tuple[list[Scenario], str]:
+    """The scenarios of a trial, or the reason why there are none."""
+    try:
+        return tuning.scenarios(gains), ""
+    except ParameterError as error:  # unstable at the rate of the law, or two gains that do not fit each other
+        return [], str(error)
+
+
+def _first(tuning: Tuning, number: int) -> dict[str, float]:
+    """One of the first trials: the present gains, if they are inside the ranges, then points of a scrambled Halton sequence."""
+    present = tuning.present
+    if number == 0 and all(gain.low <= present[gain.parameter] <= gain.high for gain in tuning.gains):
+        return present
+    shares = qmc.Halton(len(tuning.gains), seed=tuning.seed).random(FIRST)[number]
+    return {gain.parameter: gain.at(share) for gain, share in zip(tuning.gains, shares, strict=True)}
+
+
+def _distribution(gain: Gain) -> BaseDistribution:
+    if gain.whole:
+        return IntDistribution(int(gain.low), int(gain.high), log=gain.logarithmic)
+    return FloatDistribution(gain.low, gain.high, log=gain.logarithmic)
+
+
+def _trial(number: int, each: FrozenTrial) -> Trial:
+    if RESULT not in each.user_attrs:
+        return Trial(number, each.params, reason=each.user_attrs.get(REASON, ""))
+    cost, effort, failed = each.user_attrs[RESULT]
+    return Trial(number, each.params, Cost(cost, effort, failed))
+
 
 NAME = "tuning"
 
-DEFINITION = "definition"
-"""The attribute of the study that describes the tuning."""
+DEFINITION = "definition"  # the attribute of the study that describes the tuning
 
 
 @contextmanager
 def open_study(folder: Path, objectives: int, definition: Mapping[str, Any]) -> Iterator[optuna.Study]:
     """Open the study in a folder, or begin one; no other process can open it meanwhile.
 
-    Args:
-        folder: An existing folder; the study is in its file journal.log.
-        objectives: The number of objectives, all minimised.
-        definition: What defines the tuning, in JSON types.
-
-    Raises:
-        RunError: another process tunes in this folder, or the journal cannot be written.
-        ScenarioError: the journal is not one, or belongs to another tuning.
+    `folder`: an existing folder; the study is in its file journal.log. `definition`: what defines the tuning, in JSON types.
+    Raises RunError if another process tunes in this folder, or the journal cannot be written; ScenarioError if the journal is
+    not one, or belongs to another tuning.
     """
     path = folder / "journal.log"
     try:
@@ -95,36 +222,24 @@ def _short(value: object) -> str:
     return "is missing" if value is None else f"= {value}"
 
 
-EDGE = 0.02
-"""A gain is at the edge of its range within this share of it."""
-
-NOTABLE = 1.02
-"""A smaller ratio of two costs counts as no difference."""
-
+EDGE = 0.02  # a gain is at the edge of its range within this share of it
+NOTABLE = 1.02  # a smaller ratio of two costs counts as no difference
 Report = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a tuning.
-
-    Attributes:
-        tuning: What was tuned.
-        trials: All trials by number.
-        best: The chosen trial.
-        front: The trials that no other one beats in both cost and effort, in the order of their cost.
-        present, tuned: The present and the tuned gains on the cases of the tuning.
-        held_out: Cases that the search has not seen.
-        held_out_present, held_out_tuned: Both sets of gains on these.
-    """
+    """The result of a tuning."""
 
     tuning: Tuning
-    trials: Sequence[Trial]
+    trials: Sequence[Trial]  # all trials by number
     best: Trial
-    front: Sequence[Trial]
+    front: Sequence[Trial]  # the trials that no other one beats in both cost and effort, in the order of their cost
+    # present, tuned: the present and the tuned gains on the cases of the tuning
     present: Evaluation
     tuned: Evaluation
-    held_out: Sequence[Case]
+    held_out: Sequence[Case]  # cases that the search has not seen
+    # held_out_present, held_out_tuned: both sets of gains on these
     held_out_present: Evaluation
     held_out_tuned: Evaluation
 
@@ -143,19 +258,10 @@ class Result:
 def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], report: Report) -> Result:
     """Search the gains with the smallest cost; what a folder already contains is continued.
 
-    Args:
-        folder: An existing folder, which records the trials.
-        trials: The number of trials, with those that the folder contains.
-        held_out: Cases to evaluate the present and the tuned gains on.
-        report: Called with the number of evaluated trials, in fractions, and a note on the best so far.
-
-    Returns:
-        The result.
-
-    Raises:
-        ParameterError: no trial has completed, or no run has a value of a metric.
-        ScenarioError: the folder belongs to another tuning.
-        RunError: another process is tuning in the folder, or it cannot be written.
+    `trials`: the number of trials, with those that the folder contains. `report`: called with the number of evaluated trials,
+    in fractions, and a note on the best so far. Raises ParameterError if no trial has completed, or no run has a value of a
+    metric; ScenarioError if the folder belongs to another tuning; RunError if another process is tuning in the folder, or it
+    cannot be written.
     """
     with open_study(folder, 1 + tuning.objective.two, tuning.definition()) as study:
         present = tuning.evaluate(tuning.cases, {})
@@ -181,8 +287,7 @@ def _note(trials: Sequence[Trial], present: Cost) -> str:
 def front_of(trials: Sequence[Trial]) -> list[Trial]:
     """The trials that no other one beats in both cost and effort, in the order of their cost.
 
-    Raises:
-        ParameterError: no trial has completed.
+    Raises ParameterError if no trial has completed.
     """
     completed = sorted((trial for trial in trials if trial.cost is not None), key=_cost)
     if not completed:
