@@ -58,6 +58,28 @@ def test_with_right_networks_both_surfaces_decay_at_their_reaching_laws(drawn: l
         assert rate == pytest.approx(expected, rel=1e-4, abs=1e-4 * (1.0 + abs(expected)))
 
 
+@given(st.floats(-0.5, 0.5), st.floats(0.5, 20.0))
+def test_the_reaching_of_a_slow_moment_can_be_stopped_in_time(r: float, full: float) -> None:
+    """The surface decays as without a limit of the rate, but at most so that the moment returns to zero with the surface."""
+    ship = replace(SHIP, yaw_moment_rate=SHIP.yaw_moment_limit / full)
+    g = gains(HierarchicalParameters(), ship, PERIOD)
+    assert g.j == pytest.approx(ship.yaw_moment_rate / ship.yaw_inertia)
+    at, still = Motion(*[0.0] * 5, r), Acceleration(0.0, 0.0, 0.0)
+    n = guidance(at, Motion(*[0.0] * 6), still, g)
+    s = control(at, n, (0.0, 0.0), (0.0, 0.0, 0.0), 0.0, Estimates(0.0, 0.0, 0.0), g)
+    free = g.k1 * s.S1 + g.eta1 * min(max(s.S1 / g.phi1, -1.0), 1.0)
+    braked = math.copysign(min(abs(free), math.sqrt(2.0 * g.j * s.ahead * abs(s.S1))), s.S1)
+    assert s.ahead * s.tau_2 / g.m33 == pytest.approx(-braked, abs=1e-12)
+
+
+def test_the_rate_of_a_moment_that_is_not_declared_is_assumed_to_be_slow() -> None:
+    T = math.sqrt(SHIP.yaw_inertia / SHIP.yaw_moment_limit)
+    assert gains(HierarchicalParameters(), KnownVessel(), PERIOD).j == pytest.approx(0.4 / T**3)
+    partly = KnownVessel(yaw_moment_rate=SHIP.yaw_moment_limit / (4.0 * T))
+    assert gains(HierarchicalParameters(), partly, PERIOD).j == pytest.approx(0.25 / T**3)
+    assert stretch(partly, PERIOD) == pytest.approx(0.8 + 2.0 * 0.4 * 4.0 + PERIOD / T, abs=0.1)
+
+
 @given(st.floats(1.0, 300.0), st.floats(0.5, 20.0), st.integers(0, 2**31))
 def test_one_set_of_numbers_serves_a_vessel_of_any_size(length: float, time: float, seed: int) -> None:
     """In units of length and time of turns every vessel has the same wrench, given the same outputs of the networks."""

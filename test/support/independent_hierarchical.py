@@ -65,7 +65,7 @@ class IndependentHierarchical:
     """The law with its memory.
 
     Args:
-        gains: By the symbols of the pages, in SI units: c a l0 T_a k1 .. m33, tau_1max, tau_2max, T_c, U_c, T.
+        gains: By the symbols of the pages, in SI units: c a l0 T_a k1 .. m33, tau_1max, tau_2max, j, T_c, U_c, T.
         actuators: Lag, remaining lag, rate and dead time of surge force and yaw moment.
         centers: Of the neurons, lists of three.
         width: Of every neuron.
@@ -135,7 +135,9 @@ class IndependentHierarchical:
         sigma2 = r - r_c
         S1, S2 = v - dot(w, beam) + ahead * sigma2, u - dot(w, bow)
         tau_2 = dot(dw, beam) - r * dot(w, bow) + ahead * dr_c - dahead * sigma2 - fv - ahead * fr
-        tau_2 = g["m33"] / ahead * (tau_2 - g["k1"] * S1 - g["eta1"] * limited(S1 / g["phi1"], 1))
+        reaching = g["k1"] * S1 + g["eta1"] * limited(S1 / g["phi1"], 1)
+        # A yaw acceleration that changes by j per second stops this rate of the surface on its way to zero.
+        tau_2 = g["m33"] / ahead * (tau_2 - limited(reaching, mp.sqrt(2 * g["j"] * abs(ahead * S1))))
         tau_1 = g["m11"] * (dot(dw, bow) + r * dot(w, beam) - fu - g["k2"] * S2 - g["eta2"] * limited(S2 / g["phi2"], 1))
         free_1, free_2 = mpf(abs(tau_1) <= g["tau_1max"]), mpf(abs(tau_2) <= g["tau_2max"])
         return (tau_1, tau_2), (free_1 * S2, free_2 * S1, free_2 * ahead * S1)

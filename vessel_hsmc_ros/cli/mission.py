@@ -12,8 +12,7 @@ import click
 from rich.markup import escape
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
-from vessel_hsmc_ros.cli.options import load_checked, refuse_without, vessel_option
-from vessel_hsmc_ros.cli.running import running_vessel
+from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.core.node_list import REFERENCE
@@ -31,7 +30,7 @@ from vessel_hsmc_ros.missions.legs import (
 from vessel_hsmc_ros.missions.mission import Mission, Pair, Refused
 from vessel_hsmc_ros.missions.placing import Placed, datum_of, placed
 from vessel_hsmc_ros.missions.reading import read_mission
-from vessel_hsmc_ros.scenario.new_survey import MARGIN
+from vessel_hsmc_ros.scenario.own_ship import MARGIN
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 
 COLUMNS = ("leg", "to", "corner", "x [m]", "y [m]", "length [m]", "course [deg]", "speed [m/s]", "time [s]", "hold [s]")

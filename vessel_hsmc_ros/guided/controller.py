@@ -176,7 +176,7 @@ def at_present(y: Motion, lever: float, m: Memory, g: Gains) -> Motion:
 
 @kernel
 def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
-    """The motion at which the present command arrives at the hull, and the accelerations by the wrench just before.
+    """The motion at which the later of the present commands arrives at the hull, and what acts just before each of them arrives.
 
     Args:
         motion: Of the controlled point, at the time of the measurement.
@@ -186,18 +186,20 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
         g: Constants.
     """
     tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
+    before_1, before_2 = tau_1, tau_2
     stride, count, sum_1, sum_2 = 1 + n // LONGEST_ROLL, 0, 0.0, 0.0
     for i in range(n):
         # The faster input's command of periods to come is not known: its last one is held.
         tau_1 = applied(tau_1, arriving(m.queue, 0, m.head, max(n_1 - i, 1)), g.surge)
         tau_2 = applied(tau_2, arriving(m.queue, 1, m.head, max(n_2 - i, 1)), g.yaw)
+        before_1, before_2 = tau_1 if i < n_1 else before_1, tau_2 if i < n_2 else before_2
         count, sum_1, sum_2 = count + 1, sum_1 + tau_1, sum_2 + tau_2
         if count == stride or i == n - 1:
             du, dv, dr = unforced(motion.u, motion.v + lever * motion.r, motion.r, motion.psi, m.x, g)
             turning = dr + sum_2 / count
             motion = extrapolate(motion, Acceleration(du + sum_1 / count, dv - lever * turning, turning), g.h * count)
             count, sum_1, sum_2 = 0, 0.0, 0.0
-    return motion, tau_1, tau_2
+    return motion, before_1, before_2
 
 
 @kernel

@@ -11,6 +11,7 @@
 | l, ahead | distance of the controlled point ahead of the origin, b/a of the paper | m | (20) |
 | S1, S2 | second-level surface of yaw, surface of surge | m/s, m/s | (20), (23) |
 | k1, k2; eta1, eta2; phi1, phi2 | reaching gains, switching gains, boundary layers | 1/s, m/s², m/s | (21), (27) |
+| j | largest rate of the yaw acceleration; a reaching of at most sqrt(2·j·l·S1) can be stopped in time | rad/s³ | - |
 | fu, fv, fr | network outputs for f_u, f_v, f_r | m/s², m/s², rad/s² | (14), (15), (25) |
 | W, H | their weights, shape (3, l), and activations, shape (l,) | as the outputs, - | (1), (2) |
 | x_p | motion that networks and wrench predict, from which the surfaces are computed | as x, y, psi, u, v, r | - |
@@ -189,7 +190,7 @@ def control(
 ) -> Surfaces:
     """The surfaces (12) to (23) and the wrench (22), (28): equivalent control, reaching and switching part.
 
-    tau_2 = m33/l·(dw·beam - r·w·bow + l·dr_c - dl·sigma2 - f_v - l·f_r - k1·S1 - eta1·sat(S1/phi1))
+    tau_2 = m33/l·(dw·beam - r·w·bow + l·dr_c - dl·sigma2 - f_v - l·f_r - min(k1·S1 + eta1·sat(S1/phi1), sqrt(2·j·l·S1)))
     tau_1 = m11·(dw·bow + r·w·beam - f_u - k2·S2 - eta2·sat(S2/phi2))
 
     Args:
@@ -210,7 +211,8 @@ def control(
     S1, S2 = sigma1 + ahead * sigma2, motion.u - n.w1
 
     equivalent_2 = n.dw2 - r * n.w1 + ahead * turn[1] - dl * sigma2 - f.fv - ahead * f.fr
-    tau_2 = g.m33 / ahead * (equivalent_2 - g.k1 * S1 - g.eta1 * clip(S1 / g.phi1, 1.0))
+    reaching = clip(g.k1 * S1 + g.eta1 * clip(S1 / g.phi1, 1.0), math.sqrt(2.0 * g.j * abs(ahead * S1)))
+    tau_2 = g.m33 / ahead * (equivalent_2 - reaching)
     equivalent_1 = n.dw1 + r * n.w2 - f.fu
     tau_1 = g.m11 * (equivalent_1 - g.k2 * S2 - g.eta2 * clip(S2 / g.phi2, 1.0))
     return Surfaces(sigma1, sigma2, S1, S2, ahead, tau_1, tau_2)

@@ -7,7 +7,7 @@
 | h | control period | s |
 | q | stretch of T for slow actuators | - |
 
-    q = 0.8 + 2·(max(T_r + T_d + 0.4·T_f) + h/2)/T, or 1.8 + h/T where the actuators are not declared
+    q = 0.8 + 2·(max(T_r + T_d + 0.4·T_f) + h/2)/T, at least 1.8 + h/T where not all of the actuators is declared
 
 Lengths are in units of L, times in units of q·T, and l0 in units of q·L: one set of numbers serves a model
 of 1 m and a ship of 300 m. On the paper's ship with q = 1 the slopes are those of the paper: 0.3 1/s is 1.4 1/T.
@@ -19,16 +19,20 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.law.applied_wrench import Channel, channel
+from vessel_hsmc_ros.law.applied_wrench import LARGEST_CHANGE, Channel, channel
 from vessel_hsmc_ros.law.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import NetworkParameters
 
 INSTANT, PER_SLOWNESS, UNDECLARED = 0.8, 2.0, 1.8
-"""Stretch of the unit of time: with instant actuators, its growth with their slowness in T, and with undeclared actuators."""
+"""Stretch of the unit of time: with instant actuators, its growth with their slowness in T, and least stretch
+where not all of the actuators is declared."""
 
 DEAD, RISE = 1.0, 0.4
 """How much of the dead time, and of the time from zero to the limit, counts as lag, although the law predicts both."""
+
+ASSUMED_FULL = 2.5
+"""Time from zero to the limit, in T, by which the reaching is braked where not all of the actuators is declared."""
 
 SLOWER, BEYOND = 0.5, 3.0
 """Rate c at most, in terms of the declared decay rate of the sway velocity, because an error that decays faster than the drift
@@ -95,6 +99,7 @@ class Gains(NamedTuple):
     m33: float
     tau_1max: float
     tau_2max: float
+    j: float
     T_c: float
     U_c: float
     surge: Channel
@@ -113,7 +118,8 @@ def stretch(vessel: KnownVessel, period: float) -> float:
     """The factor of T for slow actuators and a control period, s: a loop through slow actuators must be slower."""
     inputs, T = dynamics(vessel), unit_time(vessel)
     slowest = max(each.remaining + DEAD * each.dead_time + RISE * each.full for each in (inputs.surge, inputs.yaw))
-    return (INSTANT + PER_SLOWNESS * slowest / T if inputs.declared else UNDECLARED) + PER_SLOWNESS * 0.5 * period / T
+    least = 0.0 if inputs.declared else UNDECLARED
+    return max(INSTANT + PER_SLOWNESS * slowest / T, least) + PER_SLOWNESS * 0.5 * period / T
 
 
 def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> Gains:
@@ -122,7 +128,8 @@ def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float
     Raises:
         InstabilityError: the period is too long: it takes (k + eta/phi)·T < 2 and lam·T < 2.
     """
-    q = stretch(vessel, period)
+    q, inputs = stretch(vessel, period), dynamics(vessel)
+    full = max(inputs.yaw.full, 0.0 if inputs.declared else ASSUMED_FULL * unit_time(vessel))
     L, T = vessel.length, unit_time(vessel) * q
     numbers = {
         symbol: value * L ** UNITS[symbol][0] * T ** UNITS[symbol][1] for symbol, value in schema.symbols(parameters).items()
@@ -137,6 +144,7 @@ def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float
     g = Gains(
         **numbers | {"l0": l0}, rho=0.25 * numbers["lam"] * numbers["lam"],
         m11=vessel.surge_inertia, m33=vessel.yaw_inertia, tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit,
+        j=1.0 / (unit_time(vessel) ** 2 * full) if full > 0.0 else LARGEST_CHANGE,
         T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, surge=surge, yaw=yaw, T=period,
     )  # fmt: skip
     fastest = max(g.k1 + g.eta1 / g.phi1, g.k2 + g.eta2 / g.phi2, g.lam)
