@@ -64,7 +64,7 @@ def test_the_reaching_of_a_slow_moment_can_be_stopped_in_time(r: float, full: fl
     ship = replace(SHIP, yaw_moment_rate=SHIP.yaw_moment_limit / full)
     g = gains(HierarchicalParameters(), ship, PERIOD)
     assert g.j == pytest.approx(ship.yaw_moment_rate / ship.yaw_inertia)
-    at, still = Motion(*[0.0] * 5, r), Acceleration(0.0, 0.0, 0.0)
+    at, still = Motion(0.0, 0.0, 0.0, 0.0, 0.0, r), Acceleration(0.0, 0.0, 0.0)
     n = guidance(at, Motion(*[0.0] * 6), still, g)
     s = control(at, n, (0.0, 0.0), (0.0, 0.0, 0.0), 0.0, Estimates(0.0, 0.0, 0.0), g)
     free = g.k1 * s.S1 + g.eta1 * min(max(s.S1 / g.phi1, -1.0), 1.0)

@@ -7,7 +7,7 @@
 | h | control period | s |
 | q | stretch of T for slow actuators | - |
 
-    q = 0.8 + 2·(max(T_r + T_d + 0.4·T_f) + h/2)/T, at least 1.8 + h/T where not all of the actuators is declared
+    q = 0.8 + 2·(max(T_r + T_d + 0.4·T_f) + h/2)/T, at least 2.4 + h/T where not all of the actuators is declared
 
 Lengths are in units of L, times in units of q·T, and l0 in units of q·L: one set of numbers serves a model
 of 1 m and a ship of 300 m. On the paper's ship with q = 1 the slopes are those of the paper: 0.3 1/s is 1.4 1/T.
@@ -24,7 +24,7 @@ from vessel_hsmc_ros.law.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.network import NetworkParameters
 
-INSTANT, PER_SLOWNESS, UNDECLARED = 0.8, 2.0, 1.8
+INSTANT, PER_SLOWNESS, UNDECLARED = 0.8, 2.0, 2.4
 """Stretch of the unit of time: with instant actuators, its growth with their slowness in T, and least stretch
 where not all of the actuators is declared."""
 
