@@ -72,7 +72,7 @@ ROWS = {f"{law}, {given}": (law, given) for law in ("hierarchical", "guided") fo
 CALM: dict[str, object] = {"ship.has_current": False, "ship.has_wind": False, "ship.noisy": False, "ship.coupled": False}
 QUICK: dict[str, object] = {"ship.has_lag": False, "ship.has_rate": False, "ship.has_dead_time": False}
 
-DRAWN_TRACKS, SHOWN = 10, {"hierarchical": "hierarchical, declared", "guided": "guided, declared", "nmpc": "nmpc"}
+DRAWN_TRACKS, PANELS = 10, {"hierarchical": "hierarchical, declared", "guided": "guided, declared", "nmpc": "nmpc"}
 """Approaches of each law in the picture, and which rows they are of."""
 
 SLOW = 0.5
@@ -286,7 +286,7 @@ def draw(path: Path, runs: list[dict[str, Result]]) -> None:
 
     with figure(path, 10.0, 3.8) as picture:
         panels: Any = picture.subplots(1, 3, sharex=True, sharey=True)
-        for panel, (law, row) in zip(panels, SHOWN.items(), strict=True):
+        for panel, (law, row) in zip(panels, PANELS.items(), strict=True):
             panel.add_patch(Circle((0.0, 0.0), START, fill=False, color=NEUTRAL, lw=0.8, ls=":"))
             for track in (each[row].track for each in runs):
                 panel.plot(*track.T, color=COLOURS[law], lw=1.1)
