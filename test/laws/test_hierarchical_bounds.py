@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.interval import about
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.laws.hierarchical_bounds import (
+    MAX_DRIFT,
     PATIENCE,
     ball,
     circled,
@@ -118,6 +119,10 @@ def test_no_varying_sway_force_drives_a_vessel_at_rest_further_than_the_bound(D,
         e1, e2, v = e1 + h * (u + r * e2), e2 + h * (v - r * e1), v + h * (force - D * v - K * u * r)
         largest = max(largest, math.hypot(e1, e2))
     assert largest * G.l0 <= circled(G, drive * G.c * G.l0, 0.0)[0]
+
+
+def test_a_drift_that_is_no_longer_slow_has_no_circle() -> None:
+    assert math.isinf(circled(G, 1.01 * MAX_DRIFT * G.c * G.l0, 0.0)[0])
 
 
 def test_what_is_left_at_rest_in_calm_water_is_what_the_model_reaches_in_a_hundred_units_of_time() -> None:
