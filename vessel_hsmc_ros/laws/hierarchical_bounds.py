@@ -22,11 +22,12 @@ from vessel_hsmc_ros.core.interval import Interval
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 
-MARGIN = 1.1
-"""How much larger the error at rest may be under a varying sway force than under a constant one."""
+MARGIN, FURTHER = 1.05, 1.2
+"""How much larger the error at rest may be under a varying sway force than under a constant one, and the growth with the drift in
+terms of c·l0; measured, docs/theory.md."""
 
-MAX_DRIFT = 0.2
-"""Drift in terms of c·l0 beyond which the motion may not be a circle."""
+MAX_DRIFT = 0.6
+"""The same drift beyond which the motion may not be a circle."""
 
 PATIENCE = 100.0
 """Time after which what is left of an error at rest in calm water counts as its bound, in 1/c."""
@@ -87,8 +88,8 @@ def circling(g: Gains, v: float) -> float:
 def circled(g: Gains, v: float, s: float) -> tuple[float, float]:
     """The largest error at rest under a sway force fixed to the hull that varies at will, and the time constant of that circle.
 
-    docs/theory.md has the model, in which a constant force is the worst up to MARGIN. Surfaces of the size s act like a drift of
-    twice that. In calm water the error decays as the square root of the time: what is left after PATIENCE counts. Infinite beyond
+    docs/theory.md has the model, in which a constant force is the worst up to a margin. Surfaces of the size s act like a drift
+    of 2·s. In calm water the error decays as the square root of the time: what is left after PATIENCE counts. Infinite beyond
     MAX_DRIFT.
 
     Args:
@@ -99,7 +100,7 @@ def circled(g: Gains, v: float, s: float) -> tuple[float, float]:
     drive = max((v + 2.0 * s) / (g.c * g.l0), (2.0 * PATIENCE) ** -1.5)
     if drive > MAX_DRIFT:
         return math.inf, math.inf
-    return MARGIN * circling(g, drive * g.c * g.l0), 1.0 / (3.0 * g.c * drive ** (2.0 / 3.0))
+    return (MARGIN + FURTHER * drive) * circling(g, drive * g.c * g.l0), 1.0 / (3.0 * g.c * drive ** (2.0 / 3.0))
 
 
 def sway_warning(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> str:
