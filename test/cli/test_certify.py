@@ -1,12 +1,17 @@
 """`vessel-hsmc certify`: bounds or the condition that fails, for people and for programs."""
 
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli.command import cli
+from vessel_hsmc_ros.core.interval import Interval
+from vessel_hsmc_ros.runs.certificate import Clause
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 
 SHORT = ("--set", "controller.law=hierarchical")
 
@@ -25,6 +30,19 @@ def test_it_prints_conditions_bounds_and_limits() -> None:
         assert f"the hierarchical law {part} keeps the position within" in text
     for line in ("Routh ratio", "lowest control rate: ", "largest lag and dead time", "tightest turn", "no law keeps a leg"):
         assert line in text
+
+
+def test_in_calm_water_it_says_that_no_error_is_left_and_of_what_the_long_time_constant_is(tmp_path: Path) -> None:
+    path = tmp_path / "boat.yaml"
+    path.write_text(scenario_text("boat", MainData(length=3.0)))
+    (line,) = [each for each in certify(str(path), *SHORT).splitlines() if " under way " in each and each.startswith("the ")]
+    assert line.startswith("the hierarchical law under way leaves no position error in the end; time constant at most ")
+    assert re.search(r"at most [\d.]+ s, in a turn [\d.]+ s of the estimated current$", line)
+
+
+def test_a_condition_that_fails_by_far_has_a_readable_number() -> None:
+    assert str(Clause("damping", Interval(-237.1, -237.1))) == "damping must exceed 1 (got -237)"
+    assert str(Clause("damping", Interval(0.621, 0.95))) == "damping must exceed 1 (got 0.621 to 0.95)"
 
 
 def test_programs_get_bounds_conditions_and_limits_in_numbers() -> None:

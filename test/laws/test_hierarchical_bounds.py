@@ -6,13 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.interval import about
 from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.laws.hierarchical_bounds import (
+    MAX_DRIFT,
+    PATIENCE,
     ball,
+    circled,
     circling,
     decay,
     rest_ratio,
@@ -96,3 +99,35 @@ def test_a_declared_sway_that_the_law_does_not_master_is_named_with_its_ratio(de
     found = sway_warning(HierarchicalParameters(), vessel, 0.02)
     assert bool(found) == warned
     assert "the Routh ratio of the path error must be above 1 (got " in found or not warned
+
+
+@given(
+    st.floats(1.5, 6.0),
+    st.floats(0.4, 1.0),
+    st.floats(0.02, 0.3),
+    st.floats(5.0, 300.0),
+    st.sampled_from(["square", "sine", "half"]),
+)
+@settings(max_examples=25)
+def test_no_varying_sway_force_drives_a_vessel_at_rest_further_than_the_bound(D, K, drive, period, shape) -> None:
+    """The model of docs/theory.md with S1 = S2 = 0, in units of l0 and 1/c."""
+    e1, e2, v, h, largest, count = 0.0, 1e-6, 0.0, 0.02, 0.0, 20000
+    for i in range(count):
+        wave = math.sin(2.0 * math.pi * i * h / period)
+        force = {"square": math.copysign(1.0, wave), "sine": wave, "half": 0.5 + 0.5 * wave}[shape] * drive * (D - K)
+        u, r = -e1, -(v + e2)
+        e1, e2, v = e1 + h * (u + r * e2), e2 + h * (v - r * e1), v + h * (force - D * v - K * u * r)
+        largest = max(largest, math.hypot(e1, e2))
+    assert largest * G.l0 <= circled(G, drive * G.c * G.l0, 0.0)[0]
+
+
+def test_a_drift_that_is_no_longer_slow_has_no_circle() -> None:
+    assert math.isinf(circled(G, 1.01 * MAX_DRIFT * G.c * G.l0, 0.0)[0])
+
+
+def test_what_is_left_at_rest_in_calm_water_is_what_the_model_reaches_in_a_hundred_units_of_time() -> None:
+    e1, e2, h = 0.0, 0.5, 0.02
+    for _ in range(round(PATIENCE / h)):
+        r = -e2
+        e1, e2 = e1 + h * (r * e2 - e1), e2 - h * r * e1
+    assert math.hypot(e1, e2) * G.l0 <= circled(G, 0.0, 0.0)[0] <= 1.25 * math.hypot(e1, e2) * G.l0

@@ -1,6 +1,7 @@
 """The certificate of a vessel: its conditions, and its bounds compared with simulated errors of hulls from its box."""
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -67,10 +68,19 @@ def test_hulls_with_much_sway_damping_have_a_certificate_under_way(name: str) ->
 
 
 @pytest.mark.parametrize("mode", ["straight", "circle", "goal"])
-def test_in_calm_water_without_noise_a_certified_hull_ends_on_its_path_and_within_the_ball_at_rest(mode: str) -> None:
+def test_in_calm_water_without_noise_a_certified_hull_ends_on_its_path_and_near_the_target_at_rest(mode: str) -> None:
     case = case_of(boat().changed({"reference_ship.mode": mode}))
-    assert at_a_point(case).bound == pytest.approx(2.0 * case.g.l0)
+    assert 0.0 < at_a_point(case).bound < 0.1 * case.g.l0
     assert case.speed == 0.0 if mode == "goal" else under_way(case).bound == pytest.approx(0.0, abs=1e-9)
+
+
+def test_at_rest_under_the_force_of_the_paper_the_bound_is_a_little_more_than_the_largest_circle_of_the_corners() -> None:
+    scenario = load_scenario("case3_stabilisation", {**FIXED, "controller.rate_hz": 50.0, "vessel_sim.duration": 600.0})
+    errors = []
+    for ship in [*box(scenario.vessel_sim.vessel)][:4]:  # those of the lowest inertias, which a force accelerates most
+        run = simulate(replace(scenario, vessel_sim=replace(scenario.vessel_sim, vessel=ship)))
+        errors.append(np.hypot(*(run.state - run.reference)[run.time > 200.0, :2].T).max())
+    assert 1.0 < at_a_point(case_of(scenario)).bound / max(errors) < 1.8
 
 
 def test_a_hull_with_its_centre_of_percussion_beyond_the_station_lever_has_none_at_rest() -> None:

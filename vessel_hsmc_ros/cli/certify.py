@@ -13,6 +13,9 @@ from vessel_hsmc_ros.runs.certificate import Limits, Part, at_a_point, limits_of
 from vessel_hsmc_ros.runs.certified_case import BOX, Case, case_of
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
+EXACT = 1e-6
+"""Share of the length below which a bound counts as none."""
+
 
 @click.command()
 @scenario_argument
@@ -34,7 +37,7 @@ def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
         return
     title = f"conditions, each above 1, with hull data to {100 * BOX:.0f} %"
     print_table(["", "condition", "value"], _conditions(parts), title=title, text_columns=2)
-    show(parts)
+    show(parts, case.known.length)
     for line in [*_not_covered(loaded), *_in_words(case, limits)]:
         print_line(line)
 
@@ -44,14 +47,23 @@ def parts_of(case: Case) -> dict[str, Part]:
     return {**({"under way": under_way(case)} if case.speed > 0.0 else {}), "at rest": at_a_point(case)}
 
 
-def show(parts: dict[str, Part]) -> None:
-    """Print a line on each part: its bound, or the condition that fails."""
+def show(parts: dict[str, Part], length: float) -> None:
+    """Print a line on each part: its bound, or the condition that fails.
+
+    Args:
+        parts: The parts by name.
+        length: Of the hull, m.
+    """
     for name, part in parts.items():
         if part.failed:
             print_line(f"no certificate of the hierarchical law {name}: {part.failed[0]}")
-        else:
-            most, time = quantity(part.bound, "m"), quantity(part.settling, "s")
-            print_line(f"the hierarchical law {name} keeps the position within {most} in the end; time constant at most {time}")
+            continue
+        exact = part.bound < EXACT * length
+        kept = "leaves no position error" if exact else f"keeps the position within {quantity(part.bound, 'm')}"
+        times = f"time constant at most {quantity(part.settling, 's')}"
+        if part.current_settling > part.settling:
+            times += f", in a turn {quantity(part.current_settling, 's')} of the estimated current"
+        print_line(f"the hierarchical law {name} {kept} in the end; {times}")
 
 
 def _conditions(parts: dict[str, Part]) -> list[list[str]]:
@@ -66,7 +78,7 @@ def _conditions(parts: dict[str, Part]) -> list[list[str]]:
 def _content(part: Part) -> dict[str, Any]:
     """A part for programs."""
     clauses = {each.name: {"low": each.ratio.low, "high": each.ratio.high, "holds": each.holds} for each in part.clauses}
-    return {"bound": part.bound, "settling": part.settling, "conditions": clauses}
+    return {"bound": part.bound, "settling": part.settling, "current_settling": part.current_settling, "conditions": clauses}
 
 
 def _not_covered(scenario: Scenario) -> list[str]:

@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.certify import parts_of, show
 from vessel_hsmc_ros.cli.console import print_line, print_warning
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
@@ -133,7 +132,6 @@ def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool
 
 def _check(scenario: Scenario) -> None:
     """Simulate the scenario and print what its ship can do."""
-    from vessel_hsmc_ros.runs.certified_case import case_of
     from vessel_hsmc_ros.runs.ship_check import check_ship, verdict
 
     check = check_ship(scenario)
@@ -141,4 +139,3 @@ def _check(scenario: Scenario) -> None:
     for line in lines:
         print_line(line)
     (print_line if check.tracked else print_warning)(last)
-    show(parts_of(case_of(scenario)))

@@ -22,6 +22,16 @@ from vessel_hsmc_ros.core.interval import Interval
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
 
+MARGIN, FURTHER = 1.05, 1.2
+"""How much larger the error at rest may be under a varying sway force than under a constant one, and the growth with the drift in
+terms of c·l0; measured, docs/theory.md."""
+
+MAX_DRIFT = 0.6
+"""The same drift beyond which the motion may not be a circle."""
+
+PATIENCE = 100.0
+"""Time after which what is left of an error at rest in calm water counts as its bound, in 1/c."""
+
 Value = TypeVar("Value", float, Interval)
 
 
@@ -73,6 +83,24 @@ def circling(g: Gains, v: float) -> float:
         z2 = 0.5 * (low + high)
         low, high = (z2, high) if z2 * (g.c * z2 + v) ** 2 < g.c * g.l0 * g.l0 * v else (low, z2)
     return math.hypot(low, v * g.l0 / (g.c * low + v))
+
+
+def circled(g: Gains, v: float, s: float) -> tuple[float, float]:
+    """The largest error at rest under a sway force fixed to the hull that varies at will, and the time constant of that circle.
+
+    docs/theory.md has the model, in which a constant force is the worst up to a margin. Surfaces of the size s act like a drift
+    of 2·s. In calm water the error decays as the square root of the time: what is left after PATIENCE counts. Infinite beyond
+    MAX_DRIFT.
+
+    Args:
+        g: Gains.
+        v: Largest sway velocity at which the hull drifts under the force while it circles.
+        s: Bound of the length of (S2, S1).
+    """
+    drive = max((v + 2.0 * s) / (g.c * g.l0), (2.0 * PATIENCE) ** -1.5)
+    if drive > MAX_DRIFT:
+        return math.inf, math.inf
+    return (MARGIN + FURTHER * drive) * circling(g, drive * g.c * g.l0), 1.0 / (3.0 * g.c * drive ** (2.0 / 3.0))
 
 
 def sway_warning(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> str:

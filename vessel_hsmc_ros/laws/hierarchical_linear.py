@@ -300,9 +300,10 @@ def poles(found: Linear, at: Steady | None = None) -> NDArray[np.complex128]:
     return np.asarray(np.log(np.where(values == 0.0, 1e-300, values)) / found.T)
 
 
-def settling(found: Linear, at: Steady) -> float:
-    """The time constant of the slowest deviation, in a turn with the estimated current, s."""
-    return -1.0 / float(poles(found, at).real.max())
+def settling(found: Linear, at: Steady) -> tuple[float, float]:
+    """The time constants of the slowest deviation with a constant estimated current, and in a turn of that estimate or 0, s."""
+    fast, slow = (-1.0 / float(poles(found, each).real.max()) for each in (None, at))
+    return fast, slow if at.turn else 0.0
 
 
 def dead_time(g: Gains, found: Linear, command: int) -> float:

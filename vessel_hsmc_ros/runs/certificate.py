@@ -11,7 +11,8 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.exceptions import InstabilityError
 from vessel_hsmc_ros.core.interval import Interval, about
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.laws.hierarchical_bounds import ball, rest_ratio, routh_ratio, turning_ratio
+from vessel_hsmc_ros.core.quantities import number
+from vessel_hsmc_ros.laws.hierarchical_bounds import ball, circled, rest_ratio, routh_ratio, turning_ratio
 from vessel_hsmc_ros.laws.hierarchical_linear import R_, SIGMAS, U_, V_, Error, dead_time, error, linearise, poles, settling
 from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, gains
 from vessel_hsmc_ros.laws.hierarchical_steady import Hull, Mean, Steady, at_rest, steady
@@ -26,8 +27,14 @@ SMALL, SMALL_AT_REST = 0.5, 0.35
 DAMPED = 1.5
 """D/c above which a vessel at rest was never seen to circle in wind and current; below, some do."""
 
+NONLINEAR = 1.6
+"""How much larger errors in wind and current may be at rest than those of the linear law: measured, docs/theory.md."""
+
 WEAK = 0.02
 """Share of the surge force with which the surfaces at rest are bounded where no load turns the vessel."""
+
+PEAK = 2.0
+"""Peak of the periodic load, whose mean is its amplitude, in terms of that."""
 
 NEGLIGIBLE = 1e-6
 """Share of a limit below which a command or heading counts as this."""
@@ -48,7 +55,8 @@ class Clause(NamedTuple):
         return self.ratio.low > 1.0
 
     def __str__(self) -> str:
-        return f"{self.name} must exceed 1 (got {self.ratio.low:.2g} to {self.ratio.high:.2g})"
+        values = dict.fromkeys(number(value) for value in (self.ratio.low, self.ratio.high))
+        return f"{self.name} must exceed 1 (got {' to '.join(values)})"
 
 
 class Part(NamedTuple):
@@ -57,12 +65,14 @@ class Part(NamedTuple):
     Attributes:
         clauses: Its conditions, up to the first that does not hold.
         bound: Of the position error in the end, m; infinite without a certificate.
-        settling: Time constant with which the slowest deviation decays, in a turn that of the estimated current, s.
+        settling: Time constant with which the slowest deviation decays, s.
+        current_settling: The same of the estimated current in a turn, s; otherwise 0.
     """
 
     clauses: tuple[Clause, ...]
     bound: float = math.inf
     settling: float = math.inf
+    current_settling: float = 0.0
 
     @property
     def failed(self) -> tuple[Clause, ...]:
@@ -89,7 +99,7 @@ def under_way(case: Case) -> Part:
         return Part(tuple(clauses))
     means = [Mean((0.0, 0.0), case.lever)] if case.turn else [case.mean(angle) for angle in SIDES]
     motions = [(hull, steady(hull, U, case.turn, mean)) for hull in case.hulls(ahead) for mean in means]
-    return _judged(case, clauses, motions, lambda found: max(each.bound(ahead) for each in found))
+    return _judged(case, clauses, motions, lambda found: (max(each.bound(ahead) for each in found), 0.0))
 
 
 def at_a_point(case: Case) -> Part:
@@ -108,12 +118,24 @@ def at_a_point(case: Case) -> Part:
     mean = case.mean(0.0) if blows else Mean((WEAK * g.tau_1max, 0.0))
     motions = [(hull, at) for hull in case.hulls(0.0) for at in at_rest(hull, mean)]
 
-    def bound(found: list[Error]) -> float:
-        largest = ball(g, max(each.surfaces[0] + SIGMAS * each.surfaces[1] for each in found))
-        turned = blows and not any(loads.wrench) and max(each.heading[1] for each in found) < SMALL_AT_REST
-        return min(largest, max(each.bound(0.0) for each in found)) if turned else largest
+    def bound(found: list[Error]) -> tuple[float, float]:
+        s = max(each.surfaces[0] + SIGMAS * each.surfaces[1] for each in found)
+        if not blows:
+            return min((ball(g, s), 0.0), circled(g, _drift(case), s))
+        turned = not any(loads.wrench) and max(each.heading[1] for each in found) < SMALL_AT_REST
+        return min(ball(g, s), NONLINEAR * max(each.bound(0.0) for each in found)) if turned else ball(g, s), 0.0
 
     return _judged(case, clauses, motions, bound)
+
+
+def _drift(case: Case) -> float:
+    """The largest sway velocity under the hull-fixed sway force while the vessel circles: D·v = d - K·u·r with u·r = -c·v."""
+    largest = 0.0
+    for hull in case.hulls(0.0):
+        D, K = sway_of(hull, case.g.U_c, 1e-4 * case.g.U_c)
+        still = _steady_velocity(hull, V_, (0.0, PEAK * abs(case.loads.wrench[1]), 0.0))
+        largest = max(largest, still * D / (D - K * case.g.c) if K * case.g.c < D else math.inf)
+    return largest
 
 
 def _sampled(g: Gains) -> Clause:
@@ -123,14 +145,16 @@ def _sampled(g: Gains) -> Clause:
     return Clause("control rate/lowest rate", Interval(min(ratio.low, 2.0 / (g.lam * g.T)), ratio.high))
 
 
-def _judged(case: Case, clauses: list[Clause], motions: list[tuple[Hull, Steady]], bound: Callable[[list[Error]], float]) -> Part:
+def _judged(
+    case: Case, clauses: list[Clause], motions: list[tuple[Hull, Steady]], bound: Callable[[list[Error]], tuple[float, float]]
+) -> Part:
     """The rest of a certificate: every deviation decays, and the commands keep within their limits.
 
     Args:
         case: What it is for.
         clauses: The conditions in closed form, which hold.
         motions: Hulls with their steady motions.
-        bound: The bound of the position error, from the errors of all of them.
+        bound: From the errors of all of them, that of the position, and its time constant if it is not that of a deviation.
     """
     g = case.g
     linear = [(linearise(g, hull, at, case.lags, case.loads.gust_time), at) for hull, at in motions]
@@ -147,7 +171,9 @@ def _judged(case: Case, clauses: list[Clause], motions: list[tuple[Hull, Steady]
         clauses.append(_within("0.5 rad/largest heading error", sizes))
     if not all(each.holds for each in clauses):
         return Part(tuple(clauses))
-    return Part(tuple(clauses), bound(found), max(settling(each, at) for each, at in linear))
+    largest, time = bound(found)
+    times = [settling(each, at) for each, at in linear]
+    return Part(tuple(clauses), largest, max(time, *(each for each, _ in times)), max(each for _, each in times))
 
 
 class Limits(NamedTuple):
@@ -171,7 +197,7 @@ class Limits(NamedTuple):
 def limits_of(case: Case) -> Limits:
     """The limits of the case."""
     hull, U = hull_at(case.ship.coefficients(), 0.0), case.speed
-    force, moment, push = case.g.tau_1max, case.g.tau_2max, 2.0 * abs(case.loads.wrench[1])
+    force, moment, push = case.g.tau_1max, case.g.tau_2max, PEAK * abs(case.loads.wrench[1])
     fastest = _steady_velocity(hull, U_, (force, 0.0, 0.0))
     turn_rate, drift = _steady_velocity(hull, R_, (0.0, 0.0, moment)), _steady_velocity(hull, V_, (0.0, push, 0.0))
     across = math.sqrt(max(fastest * fastest - U * U, 0.0)) if U else math.nan
