@@ -5,17 +5,13 @@ from itertools import pairwise
 
 from vessel_hsmc_ros.missions.mission import Fence, Refused
 
-MARGIN = 1e-6
-"""Distance from a side, m, within which a leg along it is inside."""
+MARGIN = 1e-6  # distance from a side, m, within which a leg along it is inside
 
 
 def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
     """The legs that leave an area to stay in, or enter one to stay out of.
 
-    Args:
-        points: The waypoints, m; the first leg begins at the first one.
-        fences: The areas, m.
-        items: What each waypoint is in its file.
+    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m.
     """
     found = []
     for fence in fences:

@@ -20,11 +20,8 @@ from vessel_hsmc_ros.reference.planned_track import PlannedTrack, outline
 
 Array = NDArray[np.float64]
 
-ROOM = 0.5
-"""Share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut."""
-
-OUTLINE_POINTS = 2000
-"""Points of a planned way that are compared with a fence."""
+ROOM = 0.5  # share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut
+OUTLINE_POINTS = 2000  # points of a planned way that are compared with a fence
 
 
 def positions(points: Sequence[MissionPoint]) -> list[complex]:
@@ -35,14 +32,9 @@ def positions(points: Sequence[MissionPoint]) -> list[complex]:
 def part_of(mission: Mission, legs: str) -> Mission:
     """The mission with some of its legs, begun at the waypoint before the first of them.
 
-    The vessel passes over that waypoint, so that the leg is sailed from its beginning on.
-
-    Args:
-        mission: The mission, in metres.
-        legs: A number, `7`; a range, `7-9`; or all from one on, `7-`.
-
-    Raises:
-        ParameterError: it is none of them, or there is no such leg.
+    The vessel passes over that waypoint, so that the leg is sailed from its beginning on. `mission`: the mission, in metres.
+    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`. Raises ParameterError if it is none of them, or there is no
+    such leg.
     """
     found, count = re.fullmatch(r"(\d{1,9})(-(\d{1,9})?)?", legs.strip()), len(mission.points)
     first = int(found[1]) if found else 0
@@ -60,12 +52,8 @@ def completed(mission: Mission, track: Array, least_room: float) -> int:
     """How many of the first legs a vessel has completed, in their order.
 
     A leg is completed when the vessel crosses the line that halves the corner at its end, near to it; the last one when the
-    vessel has come to its end.
-
-    Args:
-        mission: The mission, in metres.
-        track: x, y of the vessel, (n, 2) m.
-        least_room: Distance within which it passes a waypoint however short the legs are, m.
+    vessel has come to its end. `mission`: the mission, in metres. `track`: x, y of the vessel, (n, 2) m. `least_room`: distance
+    within which it passes a waypoint however short the legs are, m.
     """
     points, k = positions(mission.points), 0
     q = track[:, 0] + 1j * track[:, 1]
@@ -97,8 +85,7 @@ def _length(points: Sequence[complex], k: int, begin: complex) -> float:
 def leaving_fence(mission: Mission) -> list[Refused]:
     """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence.
 
-    Raises:
-        ScenarioError: it has neither.
+    Raises ScenarioError if it has neither.
     """
     if mission.points:
         return breaches(positions(mission.points), mission.fences, [point.item for point in mission.points])
@@ -152,14 +139,9 @@ def parameters_of(mission: Mission) -> dict[str, object]:
 def survey_of(mission: Mission, swath: float, along: float, speed: float | None) -> dict[str, object]:
     """The parameters of the reference ship that survey the area of a mission.
 
-    Args:
-        mission: The mission, in metres.
-        swath: Width that a leg covers, m.
-        along: Direction of the legs, rad, counter-clockwise from x.
-        speed: On the legs, m/s; None for that of the scenario.
-
-    Raises:
-        ScenarioError: it has no area, or several.
+    `mission`: the mission, in metres. `swath`: width that a leg covers, m. `along`: direction of the legs, rad,
+    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario. Raises ScenarioError if it has no area,
+    or several.
     """
     if len(mission.areas) != 1:
         raise ScenarioError(f"--swath must be given with a file of one polygon that is no fence (got {len(mission.areas)})")
@@ -176,9 +158,7 @@ def survey_of(mission: Mission, swath: float, along: float, speed: float | None)
 def table_of(mission: Mission, first: int) -> list[list[str]]:
     """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y).
 
-    Args:
-        mission: The mission, in metres.
-        first: Number of its first waypoint.
+    `mission`: the mission, in metres. `first`: number of its first waypoint.
     """
     rows, points = [], positions(mission.points)
     for k, point in enumerate(mission.points):

@@ -44,13 +44,8 @@ def stationary(x: float, y: float, psi: float, time: float, stamp: float) -> Tar
 def estimate_velocity(last: Target, new: Target, elapsed: float) -> Target:
     """The new goal with the velocity between the last one and it, smoothed over a second.
 
-    Args:
-        last: The previous goal.
-        new: The new goal, without velocity.
-        elapsed: Time between the two, s; above STREAM_GAP the new goal is stationary.
-
-    Returns:
-        The new goal, with velocity and yaw rate if the two belong to one stream.
+    `new`: the new goal, without velocity. `elapsed`: time between the two, s; above STREAM_GAP the new goal is stationary.
+    Returns the new goal, with velocity and yaw rate if the two belong to one stream.
     """
     if not 0.0 < elapsed <= STREAM_GAP:
         return new
