@@ -169,7 +169,7 @@ def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], 
 
 
 def check_mode(fault: Fault, lockstep: bool, owner: str) -> None:
-    """Check that a fault can be carried out in the mode of the run. Raises ParameterError if it can't."""
+    """Check that a fault can be carried out in the mode of the run. Raises ParameterError if it cannot."""
     if not lockstep:
         return
     if not KINDS[fault.kind].lockstep:

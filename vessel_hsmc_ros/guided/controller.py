@@ -161,7 +161,7 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
     """The motion at which the later of the present commands arrives at the hull, and what acts just before each of them arrives.
 
     `motion`: of the controlled point, at the time of the measurement. `n_1`, `n_2`: periods until commands of force and moment
-    arrive.
+    arrive. `lever`: distance of the pivot ahead of that point.
     """
     tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
     before_1, before_2 = tau_1, tau_2
@@ -185,7 +185,7 @@ def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, 
     """The yaw acceleration of the track.
 
     `ship`: the motion of her controlled point. `of_reference`: yaw rate r_d of the reference, and its rate of change. `lever`:
-    distance of the pivot ahead of that point.
+    distance of the pivot ahead of that point. `c_n`: current across her hull.
     """
     a, K, q, psi, (r_d, dr_d) = math.exp(float(m.x[LN_A])), m.K, g.q, ship.psi, of_reference
     kappa, v_p = float(m.x[KAPPA]) - a * g.x_d / t.W, ship.v + lever * ship.r

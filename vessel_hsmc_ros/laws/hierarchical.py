@@ -186,7 +186,7 @@ def control(
     tau_2 = m33/l·(dw·beam - r·w·bow + l·dr_c - dl·sigma2 - f_v - l·f_r - min(k1·S1 + eta1·sat(S1/phi1), sqrt(2·j·l·S1)))
     tau_1 = m11·(dw·bow + r·w·beam - f_u - k2·S2 - eta2·sat(S2/phi2))
 
-    `way`: surge velocity of the reference, whose sign l has.
+    `way`: surge velocity of the reference, whose sign l has. `turn`: r_c and its rate.
     """
     r, square = motion.r, g.T_a * g.T_a
     c1, c2 = to_body(c[0], c[1], motion.psi)

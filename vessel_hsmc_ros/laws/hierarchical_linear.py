@@ -102,7 +102,8 @@ def linearise(g: Gains, hull: Hull, at: Steady, lags: tuple[Lag, Lag], gust_time
     """A and B about a steady motion, by central differences of law and hull.
 
     `g`: gains; `T` is the control period. `hull`: accelerations of the hull, which need not be the one that the gains are for.
-    `lags`: of the actuators of surge force and yaw moment, which need not be those that the law assumes.
+    `lags`: of the actuators of surge force and yaw moment, which need not be those that the law assumes. `gust_time`:
+    correlation time of the gusts.
     """
     m, (force, moment) = at.motion, at.wrench
     late = round(lags[0].dead_time / g.T), round(lags[1].dead_time / g.T)

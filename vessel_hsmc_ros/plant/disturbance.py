@@ -114,7 +114,7 @@ def wind_wrench(gust: Gust, psi: float, wind: Wind) -> Wrench:
 def next_gust(gust: Gust, normal: Any, wind: Wind) -> Gust:
     """The gusts one period later: g = exp(-T/T_g)·g + sigma·sqrt(1 - exp(-2·T/T_g))·white noise, exact for any T.
 
-    `normal`: independent standard normal numbers, shape (2,).
+    `normal`: independent standard normal numbers, shape (2,). `gust`: g_E, g_N.
     """
     return wind.memory * gust[0] + wind.innovation * normal[0], wind.memory * gust[1] + wind.innovation * normal[1]
 

@@ -194,7 +194,8 @@ def rate_of_motion(
 ) -> Motion:
     """`derivative` of a motion; the arguments are the same.
 
-    `motion`: state; velocities over ground. `wrench`: X, Y, N. `current`: E, N. Returns derivatives in the order of the state.
+    `motion`: state; velocities over ground. `wrench`: X, Y, N. `disturbance`: tau_uw, tau_vw, tau_rw. `current`: E, N. Returns
+    derivatives in the order of the state.
     """
     u, v, r = motion.u, motion.v, motion.r
     c, s = math.cos(motion.psi), math.sin(motion.psi)

@@ -126,6 +126,7 @@ def effect(commands: Sequence[Array], rate: Array, velocity: Array, rest: Array,
 
     `commands`: the command, and others that may act on the rate as well, on the grid, (n,) each. `rate`: smoothed, (m,).
     `velocity`: that of the rate, which is damped, smoothed, (m,). `rest`: the other terms of the equation, smoothed, (m, k).
+    `width`: number of intervals of smoothing.
     """
     tried = []
     y, fast = rate[::width], float(np.abs(velocity).mean())
