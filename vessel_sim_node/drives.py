@@ -34,21 +34,13 @@ RIDE_THROUGH = "vessel_sim.ride_through=true goes on without it"
 LISTENING = 0.04
 """Time for which a plant listens once it is connected, s: two of its checks, between which it receives messages."""
 
-SILENCE = 2.0
-"""Time without a command after which the other loop counts as ended, s; the graph shows its plant sooner."""
-
-Demand = tuple[list[float], list[float]]
-"""Thrusts [N] and angles of all thrusters."""
-
-NEVER = -(2**63)
-"""A time before every other, ns."""
+SILENCE = 2.0  # time without a command after which the other loop counts as ended, s; the graph shows its plant sooner
+Demand = tuple[list[float], list[float]]  # thrusts [N] and angles of all thrusters
+NEVER = -(2**63)  # a time before every other, ns
 
 
 class ThrusterDemands:
     """The demands as they are received, topic by topic: queues of them in lockstep, and the latest ones in real time.
-
-    Args:
-        layout: The thrusters.
 
     Attributes:
         topics: Index of the thruster, and 0 for a thrust or 1 for an angle, by topic.
@@ -72,9 +64,8 @@ class ThrusterDemands:
     def take(self, now: int, oldest: int | None = None) -> Demand:
         """Lockstep: the demands of the next step.
 
-        Args:
-            now: Time of the step, ns.
-            oldest: With it, a demand of NaN states that none came, and the last one holds if it is not before this time, ns.
+        `now`: time of the step, ns. `oldest`: with it, a demand of NaN states that none came, and the last one holds if it is
+        not before this time, ns.
         """
         for topic, queue in self._queues.items():
             value = queue.popleft()
@@ -86,13 +77,7 @@ class ThrusterDemands:
     def hold(self, topic: str, value: float, now: int) -> str:
         """Real time: hold a demand until the next.
 
-        Args:
-            topic: Its topic.
-            value: N, or rad.
-            now: Time of receipt, ns.
-
-        Returns:
-            What is wrong with a demand that is ignored; otherwise nothing.
+        `value`: N, or rad. `now`: time of receipt, ns. Returns what is wrong with a demand that is ignored; otherwise nothing.
         """
         if not math.isfinite(value):
             return f"{topic} = {value} is not allowed: it takes a finite number"
@@ -127,9 +112,8 @@ class ThrusterDemands:
 class WrenchDrive:
     """Takes `cmd_wrench`.
 
-    Args:
-        node: The plant's node; its `stamp` is that of the present step.
-        answered: Called in lockstep when the command of the present step has been received.
+    `node`: the plant's node; its `stamp` is that of the present step. `answered`: called in lockstep when the command of the
+    present step has been received.
 
     Attributes:
         topics: The topics of the commands.
@@ -179,8 +163,7 @@ class WrenchDrive:
     def _on_answer(self, message: WrenchStamped) -> None:
         """Lockstep: take the command of the present step, or the message that there is none.
 
-        Raises:
-            SimulationError: there is none, or it is refused, and the run cannot go on without it.
+        Raises SimulationError if there is none, or it is refused, and the run cannot go on without it.
         """
         # A command with another stamp belongs to another step and must not advance this one.
         answers = conversions.nanoseconds(message.header.stamp) == self._node.stamp and self.answer is None
@@ -275,9 +258,6 @@ class OtherLoop:
 
     On a busy machine the graph may show a plant a second late that its topic has a publisher already. In lockstep no command
     comes before a plant's first step; one that comes all the same answers another plant, whose run a first step would disturb.
-
-    Args:
-        drive: Receives the commands of this plant.
     """
 
     def __init__(self, drive: Any) -> None:
@@ -294,16 +274,13 @@ class OtherLoop:
         return "" if now - self._since >= LISTENING else "a check that no other run uses this ROS domain"
 
 
-BEFORE_START = -1
-"""The step that every plant has finished before the first one, as a stamp, ns."""
+BEFORE_START = -1  # the step that every plant has finished before the first one, as a stamp, ns
 
 
 class FleetClock:
     """The wait of one plant for the others.
 
-    Args:
-        node: The plant, in lockstep.
-        followers: Namespaces of the plants that wait for this one's ticks, without slashes; empty for a follower.
+    `followers`: namespaces of the plants that wait for this one's ticks, without slashes; empty for a follower.
     """
 
     def __init__(self, node: VesselNode, followers: tuple[str, ...]) -> None:
@@ -319,10 +296,8 @@ class FleetClock:
     def wait(self, finished: int, following: int, then: Callable[[], None]) -> None:
         """Call a function when the next step may begin.
 
-        Args:
-            finished: Stamp of the step that this plant has finished, ns; BEFORE_START before the first.
-            following: Stamp of the next step, ns.
-            then: Called at once, or when the last message arrives that it waits for.
+        `finished`: stamp of the step that this plant has finished, ns; BEFORE_START before the first. `following`: stamp of the
+        next step, ns. `then`: called at once, or when the last message arrives that it waits for.
         """
         self._wanted, self._then = following if self._follows else finished, then
         self._go_on()
@@ -330,9 +305,7 @@ class FleetClock:
     def wait_for_end(self, finished: int, then: Callable[[], None]) -> None:
         """Call a function when the owner may end: the followers have finished the last step too; a follower ends at once.
 
-        Args:
-            finished: Stamp of the last step, ns.
-            then: Called at once, or when the last follower has finished.
+        `finished`: stamp of the last step, ns. `then`: called at once, or when the last follower has finished.
         """
         if self._follows:
             then()

@@ -26,13 +26,7 @@ from vessel_sim_node.drives import BEFORE_START, FleetClock, OtherLoop, Thruster
 
 
 class GroundTruth:
-    """Publishers of the ground truth, for which no node waits.
-
-    Args:
-        node: The plant's node.
-        plant: The plant.
-        profile: Quality of service of the topics.
-    """
+    """Publishers of the ground truth, for which no node waits."""
 
     def __init__(self, node: VesselNode, plant: Simulator, profile: Any) -> None:
         self._node, self._plant = node, plant
@@ -46,12 +40,7 @@ class GroundTruth:
     def publish(self, stamp: int, time: float) -> Wrench:
         """Publish the ground truth of a step.
 
-        Args:
-            stamp: Time of the step, ns.
-            time: Time since the start, s.
-
-        Returns:
-            The disturbing wrench, N, N, N·m.
+        `stamp`: time of the step, ns. `time`: time since the start, s. Returns the disturbing wrench, N, N, N·m.
         """
         at = conversions.time_message(stamp)
         load = self._plant.disturbance(time)
@@ -219,8 +208,7 @@ class VesselSimNode(VesselNode):
     def _check_lockstep(self) -> None:
         """Lockstep: end the run when the command for the present step is overdue.
 
-        Raises:
-            SimulationError: no command was received within the time-out, or another plant of the fleet has ended.
+        Raises SimulationError if no command was received within the time-out, or another plant of the fleet has ended.
         """
         if self._fleet and self._fleet.waiting:
             if lost := self._fleet.lost():

@@ -10,8 +10,15 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.missions.fence_check import breaches
-from vessel_hsmc_ros.missions.legs import completed, leaving_fence, parameters_of, part_of, unsendable, way_leaving_fence
+from vessel_hsmc_ros.missions.legs import (
+    breaches,
+    completed,
+    leaving_fence,
+    parameters_of,
+    part_of,
+    unsendable,
+    way_leaving_fence,
+)
 from vessel_hsmc_ros.missions.mission import Fence, Mission, MissionPoint
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference, track_of
 from vessel_hsmc_ros.reference.path_parameters import waypoints_of

@@ -13,8 +13,8 @@ from reference_motion import LIMITS, PERIOD, assert_feasible, motion_of
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.reference.goal import STREAM_GAP
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters
-from vessel_hsmc_ros.reference.target import STREAM_GAP
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of

@@ -43,24 +43,16 @@ forces with the least and with the largest surge force, those of least squares, 
 
 COLUMNS = 15
 
-Array = Any
-"""A NumPy array of floats; its elements are read one by one, as floats."""
+Array = Any  # a NumPy array of floats; its elements are read one by one, as floats
 
 
 class Allocator(NamedTuple):
-    """The constants of an allocation.
+    """The constants of an allocation."""
 
-    Attributes:
-        rows: The constants of the thrusters, (k, 14).
-        lever: Largest distance of a thruster from the origin, m.
-        steered: Number of azimuths and rudders.
-        sectors: Number of those that do not turn all the way round.
-    """
-
-    rows: Array
-    lever: float
-    steered: int
-    sectors: int
+    rows: Array  # the constants of the thrusters, (k, 14)
+    lever: float  # largest distance of a thruster from the origin, m
+    steered: int  # number of azimuths and rudders
+    sectors: int  # number of those that do not turn all the way round
 
 
 @kernel
@@ -88,14 +80,7 @@ def max_zero(value: float) -> float:
 def support(i: int, gx: float, gn: float, u: float, c: Allocator, s: Array) -> tuple[float, float]:
     """The force of a thruster, inside its limits, for which gx·X + gn·N is largest.
 
-    Args:
-        i: The thruster.
-        gx, gn: Weights of surge force and yaw moment.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
-
-    Returns:
-        p, q, N.
+    `gx`, `gn`: weights of surge force and yaw moment. `u`: surge speed, m/s. Returns p, q, N.
     """
     hx, hy, sign = gx - gn * c.rows[i, Y], gn * c.rows[i, X], s[i, MODE]
     if c.rows[i, KIND] == FIXED:
@@ -162,20 +147,14 @@ def is_inside(i: int, p: float, q: float, u: float, c: Allocator, s: Array) -> b
     return bool(0.0 <= sign * p <= largest and abs(q) <= largest_lift(i, p, u, c))
 
 
-BISECTIONS = 36
-"""Halvings of an interval, to 5e-11 of an angle: closer ones differ by less than rounding errors."""
+BISECTIONS = 36  # halvings of an interval, to 5e-11 of an angle: closer ones differ by less than rounding errors
 
 
 @kernel
 def wrench_at(side: float, t: float, u: float, c: Allocator, s: Array, forces: int) -> tuple[float, float]:
     """Surge force and yaw moment where side·X cos(t) + N sin(t)/lever is largest, whose forces are written.
 
-    Args:
-        side: 1 or -1.
-        t: Between -pi/2 and pi/2.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
-        forces: Column of their p, before that of q.
+    `side`: 1 or -1. `t`: between -pi/2 and pi/2. `u`: surge speed, m/s. `forces`: column of their p, before that of q.
     """
     x = n = 0.0
     gx, gn = side * math.cos(t), math.sin(t) / c.lever
@@ -191,15 +170,8 @@ def wrench_at(side: float, t: float, u: float, c: Allocator, s: Array, forces: i
 def extreme(side: float, moment: float, u: float, c: Allocator, s: Array, forces: int) -> float:
     """The largest side·X with an attainable yaw moment; its forces are written.
 
-    Args:
-        side: 1 or -1.
-        moment: N·m.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
-        forces: Column of their p, before that of q.
-
-    Returns:
-        The surge force, N.
+    `side`: 1 or -1. `moment`: N·m. `u`: surge speed, m/s. `forces`: column of their p, before that of q. Returns the surge
+    force, N.
     """
     low, high = -0.5 * math.pi, 0.5 * math.pi
     for _ in range(BISECTIONS):
@@ -253,13 +225,8 @@ def way_inside(start: float, slope: float, low: float, high: float, first: float
 def share_forces(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: Array) -> bool:
     """Write the forces p, q whose wrench is the nearest to a demand, moment before force.
 
-    Args:
-        surge_force, yaw_moment: The demand, N and N·m.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
-
-    Returns:
-        Whether they are those of least squares that give the demand.
+    `surge_force`, `yaw_moment`: the demand, N and N·m. `u`: surge speed, m/s. Returns whether they are those of least squares
+    that give the demand.
     """
     if least_squares(surge_force, yaw_moment, u, c, s) and are_inside(u, c, s):
         for i in range(len(c.rows)):
@@ -296,10 +263,7 @@ def are_inside(u: float, c: Allocator, s: Array) -> bool:
 def least_squares(x: float, n: float, u: float, c: Allocator, s: Array) -> bool:
     """Write the forces of least squares, weighted with the largest forces, that give a wrench; False where none do.
 
-    Args:
-        x, n: Surge force, N, and yaw moment, N·m.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
+    `x`, `n`: surge force, N, and yaw moment, N·m. `u`: surge speed, m/s.
     """
     xx = xn = nn = 0.0
     for i in range(len(c.rows)):

@@ -56,10 +56,7 @@ def change_within(rate: float, elapsed: float) -> float:
 def steer(elapsed: float, u: float, c: Allocator, s: Array) -> None:
     """Turn azimuths and rudders towards their forces, within rates; write their demands, and the forces that these give.
 
-    Args:
-        elapsed: Time since the last demands, s.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
+    `elapsed`: time since the last demands, s. `u`: surge speed, m/s.
     """
     for i in range(len(c.rows)):
         if c.rows[i, KIND] == FIXED:
@@ -129,25 +126,19 @@ def allocated_wrench(u: float, c: Allocator, s: Array) -> tuple[float, float, fl
 
 
 class Allocated(NamedTuple):
-    """An allocation.
+    """An allocation."""
 
-    Attributes:
-        thrust, angle: Demands for each thruster, N and rad.
-        wrench: What they give together in steady state: surge force, sway force, yaw moment.
-        saturated: Whether that differs from the demand.
-    """
-
+    # thrust, angle: demands for each thruster, N and rad
     thrust: list[float]
     angle: list[float]
-    wrench: tuple[float, float, float]
-    saturated: bool
+    wrench: tuple[float, float, float]  # what they give together in steady state: surge force, sway force, yaw moment
+    saturated: bool  # whether that differs from the demand
 
 
 class Allocation:
     """The allocation of one vessel, which keeps its latest demands for the limits of their rates.
 
-    Args:
-        layout: The thrusters, at least one.
+    `layout`: the thrusters, at least one.
     """
 
     def __init__(self, layout: ThrusterLayout) -> None:
@@ -167,10 +158,7 @@ class Allocation:
     def step_at(self, stamp: int, command: tuple[float, float], surge_speed: float) -> Allocated:
         """Allocate a command of a stamp, whose limits of rates depend on the stamp before; the first has no time to change.
 
-        Args:
-            stamp: ns.
-            command: Surge force and yaw moment, N and N·m, finite.
-            surge_speed: For the inflow of rudders, m/s.
+        `stamp`: ns. `command`: surge force and yaw moment, N and N·m, finite. `surge_speed`: for the inflow of rudders, m/s.
         """
         elapsed = elapsed_time(stamp, stamp if self._last is None else self._last)
         self._last = stamp
@@ -179,10 +167,8 @@ class Allocation:
     def step(self, surge_force: float, yaw_moment: float, elapsed: float, surge_speed: float = 0.0) -> Allocated:
         """Allocate a demand.
 
-        Args:
-            surge_force, yaw_moment: The demand, N and N·m, finite.
-            elapsed: Time since the last demand, s.
-            surge_speed: For the inflow of rudders, m/s.
+        `surge_force`, `yaw_moment`: the demand, N and N·m, finite. `elapsed`: time since the last demand, s. `surge_speed`: for
+        the inflow of rudders, m/s.
         """
         allocate(surge_force, yaw_moment, elapsed, surge_speed, self.constants, self.state)
         x, y, n = map(float, allocated_wrench(surge_speed, self.constants, self.state))
@@ -215,11 +201,7 @@ def new_state(c: Allocator) -> Array:
 def allocate(surge_force: float, yaw_moment: float, elapsed: float, u: float, c: Allocator, s: Array) -> None:
     """Write the demands for a wrench into the state.
 
-    Args:
-        surge_force, yaw_moment: N and N·m, finite.
-        elapsed: Time since the last demands, s.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
+    `surge_force`, `yaw_moment`: N and N·m, finite. `elapsed`: time since the last demands, s. `u`: surge speed, m/s.
     """
     k = len(c.rows)
     for i in range(k):
@@ -250,11 +232,7 @@ def share_in_best_mode(surge_force: float, yaw_moment: float, u: float, c: Alloc
     """`share_forces` with each azimuth or rudder that does not turn all the way round ahead or reversed, as is best.
 
     Best is the nearest moment, then the nearest surge force, then the least sum of squares; all combinations are compared.
-
-    Args:
-        surge_force, yaw_moment: The demand, N and N·m.
-        u: Surge speed, m/s.
-        c, s: Constants and state of the allocation.
+    `surge_force`, `yaw_moment`: the demand, N and N·m. `u`: surge speed, m/s.
     """
     off_n = off_x = effort = math.inf
     for mode in range(1 << c.sectors):

@@ -25,10 +25,7 @@ from vessel_hsmc_ros.safety.supervision import Supervision
 class Watch:
     """The monitors of a control loop.
 
-    Args:
-        parameters: Their bounds and times.
-        limits: Largest surge force and yaw moment, N and N·m.
-        length: Of the ship, m.
+    `limits`: largest surge force and yaw moment, N and N·m. `length`: of the ship, m.
     """
 
     def __init__(self, parameters: MonitorParameters, limits: tuple[float, float], length: float) -> None:
@@ -55,12 +52,8 @@ class Watch:
     ) -> Reason:
         """Watch a control period; returns the reason of the first monitor that demands the safe action.
 
-        Args:
-            command: The last command, N and N·m.
-            motion: The motion that the law takes.
-            observer: What estimates the motion, if anything does.
-            period: s.
-            measured: Time of the latest measurement, ns, and the motion as measured.
+        `command`: the last command, N and N·m. `period`: s. `measured`: time of the latest measurement, ns, and the motion as
+        measured.
         """
         self._moving.step(command, (motion.u, motion.r), period)
         self._saturation.step(command, period)
@@ -76,11 +69,7 @@ Inputs = tuple[Motion, Motion, Acceleration, float, float]
 
 
 class Fallback:
-    """Steps a second law while its wrench is used, each time from its initial state.
-
-    Args:
-        law: The law.
-    """
+    """Steps a second law while its wrench is used, each time from its initial state."""
 
     def __init__(self, law: Law[Any]) -> None:
         self._law = law
@@ -89,10 +78,8 @@ class Fallback:
     def step(self, inputs: Inputs | None, needed: bool) -> tuple[float, float] | None:
         """The wrench of the fallback law; None where it is not needed or has none.
 
-        Args:
-            inputs: Ship, reference, acceleration of the reference, age and measured heading, as `guarded_step` takes them; None
-                where they are missing.
-            needed: Whether the wrench is used.
+        `inputs`: ship, reference, acceleration of the reference, age and measured heading, as `guarded_step` takes them; None
+        where they are missing. `needed`: whether the wrench is used.
         """
         if not needed or inputs is None:
             self._in_use = False
@@ -110,17 +97,13 @@ class Fallback:
 
 __all__ = ["NO_WRENCH", "ControlLoop", "ages", "past_commands"]
 
-LONGEST_AGE = 10.0
-"""Age of a measurement up to which the command of its time is known to the observer, s."""
+LONGEST_AGE = 10.0  # age of a measurement up to which the command of its time is known to the observer, s
 
 
 def ages(stamps: Instants, measured_at: Instants, period: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Ages of measurements as `ControlLoop.step` takes them, s, and the control periods that it counts for them; (n,) each.
 
-    Args:
-        stamps: Times of the steps, (n,) ns.
-        measured_at: Times of the measurements, (n,) ns.
-        period: Control period, s.
+    `stamps`: times of the steps, (n,) ns. `measured_at`: times of the measurements, (n,) ns.
     """
     age = np.multiply(stamps - measured_at, 1e-9, dtype=np.float64)
     return age, np.rint(np.minimum(age, LONGEST_AGE) / period).astype(np.int64)
@@ -135,10 +118,8 @@ class ControlLoop:
     """Steps the law once per control period, holds the wrench in between, and counts missed periods.
 
     Args:
-        law: The law to run.
         grid: The instants at which the control periods begin.
         observer: State estimator between measurement and law; None where the law takes the measured state.
-        point: The point that the law controls.
         supervision: Decides what is commanded; by default always what the law computes.
         fallback: The law of the safe action, if there is one.
         watch: What finds that the ship does not do what is commanded; None where nothing does.
@@ -215,8 +196,7 @@ class ControlLoop:
     def retune(self, parameters: object) -> None:
         """Apply new parameters of the law, which keeps its internal state.
 
-        Raises:
-            ParameterError: the law rejects them, or its code fails.
+        Raises ParameterError if the law rejects them, or its code fails.
         """
         with guarded(self.law, ParameterError):
             self.law.retune(parameters)

@@ -18,46 +18,28 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.law.guard import guarded_step, named
 from vessel_hsmc_ros.law.kernel_law import KernelLaw
 
-StepOfLaw = tuple[tuple[float, float], Any, Any]
-"""Wrench, terms and memory."""
+StepOfLaw = tuple[tuple[float, float], Any, Any]  # wrench, terms and memory
 
 
 class ControlInputs(NamedTuple):
-    """What a control period takes.
+    """What a control period takes."""
 
-    Attributes:
-        measured_at: Time of the measurement, ns.
-        age: How much older than the period it is, s.
-        behind: The same in control periods, rounded.
-        measured: State of the ship as measured.
-        desired: State of the reference as published.
-        acceleration: Derivatives of its body velocities.
-    """
-
-    measured_at: int
-    age: float
-    behind: int
-    measured: Motion
-    desired: Motion
-    acceleration: Acceleration
+    measured_at: int  # time of the measurement, ns
+    age: float  # how much older than the period it is, s
+    behind: int  # the same in control periods, rounded
+    measured: Motion  # state of the ship as measured
+    desired: Motion  # state of the reference as published
+    acceleration: Acceleration  # derivatives of its body velocities
 
 
 class ControlState(NamedTuple):
-    """What a control period leaves to the next; arrays are written in place.
+    """What a control period leaves to the next; arrays are written in place."""
 
-    Attributes:
-        wrench: Commanded surge force [N] and yaw moment [N·m].
-        memory: Internal state of the law.
-        observer: State of the observer.
-        delta: State of the filter of the headings of `control.controlled_point`.
-        commands: The last commands, where there is an observer.
-    """
-
-    wrench: tuple[float, float]
-    memory: Any
-    observer: ObserverState
-    delta: Heading
-    commands: DelayLine
+    wrench: tuple[float, float]  # commanded surge force [N] and yaw moment [N·m]
+    memory: Any  # internal state of the law
+    observer: ObserverState  # state of the observer
+    delta: Heading  # state of the filter of the headings of `control.controlled_point`
+    commands: DelayLine  # the last commands, where there is an observer
 
 
 class ControlConstants(NamedTuple):
@@ -69,23 +51,14 @@ class ControlConstants(NamedTuple):
 
 
 class Period(NamedTuple):
-    """The result of a control period.
+    """The result of a control period."""
 
-    Attributes:
-        state: What it leaves to the next one; without a finite wrench, the present command.
-        motion: The motion that the law has taken.
-        terms: Terms of the law.
-        back: What the tracking errors of the origin exceed those of the controlled point by.
-        is_defined: Whether the law has a finite wrench.
-        is_outdated: Whether the law needs other constants from now on.
-    """
-
-    state: ControlState
-    motion: Motion
-    terms: Any
-    back: tuple[float, float, float, float]
-    is_defined: bool
-    is_outdated: bool
+    state: ControlState  # what it leaves to the next one; without a finite wrench, the present command
+    motion: Motion  # the motion that the law has taken
+    terms: Any  # terms of the law
+    back: tuple[float, float, float, float]  # what the tracking errors of the origin exceed those of the controlled point by
+    is_defined: bool  # whether the law has a finite wrench
+    is_outdated: bool  # whether the law needs other constants from now on
 
 
 @kernel
@@ -116,11 +89,7 @@ def unobserved(
 def law_inputs(motion: Motion, given: ControlInputs, delta: Heading, point: ControlledPoint) -> AtControlledPoint:
     """The inputs of the law: the reference at the time of the measurement, both at the controlled point.
 
-    Args:
-        motion: State of the ship, measured or estimated.
-        given: Inputs of the period.
-        delta: State of the filter of the headings.
-        point: The point.
+    `motion`: state of the ship, measured or estimated. `given`: inputs of the period.
     """
     return to_controlled_point(
         motion, extrapolate(given.desired, given.acceleration, -given.age), given.acceleration, delta, point
@@ -131,10 +100,7 @@ def law_inputs(motion: Motion, given: ControlInputs, delta: Heading, point: Cont
 def control_period(given: ControlInputs, last: ControlState, c: ControlConstants) -> Period:
     """Estimate the motion, and step the law at its point.
 
-    Args:
-        given: Inputs of the period.
-        last: What the last period has left; its arrays are written.
-        c: The constants.
+    `given`: inputs of the period. `last`: what the last period has left; its arrays are written.
     """
     wrench, memory, observed, delta, commands = last
     motion = given.measured
@@ -196,11 +162,8 @@ def _call_of(law: type[KernelLaw[Any]]) -> Callable[..., StepOfLaw]:
 def cause(law: KernelLaw[Any], given: ControlInputs, last: ControlState, c: ControlConstants) -> VesselHsmcError:
     """The error of a law in a period in which its kernel has no finite wrench: the interpreted law finds its cause.
 
-    Args:
-        law: The law, with the memory that the periods before have left.
-        given: Inputs of the period.
-        last: What the period has left.
-        c: The constants.
+    `law`: the law, with the memory that the periods before have left. `given`: inputs of the period. `last`: what the period
+    has left.
     """
     motion = estimate(last.observer) if c.observer.enabled else given.measured
     at = law_inputs(motion, given, last.delta, c.point)

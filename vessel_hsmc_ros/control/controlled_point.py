@@ -48,8 +48,7 @@ from vessel_hsmc_ros.law.terms import Terms
 SPEED, NOISE, MAX_COEFFICIENT = 0.5, 0.1, 0.25
 """Rate of learning in terms of lambda; p0 in terms of lambda; |theta| at most this divided by p0."""
 
-MAX_LEARNING_ERROR = 0.25
-"""Error, in terms of x, beyond which nothing is learned: the ship is then on its way to the reference."""
+MAX_LEARNING_ERROR = 0.25  # error, in terms of x, beyond which nothing is learned: the ship is then on its way to the reference
 
 
 class Turning(NamedTuple):
@@ -75,14 +74,9 @@ class Offset(NamedTuple):
 def turning_offset(turning: Turning, e: float, r_d: float, dr_d: float, rate: float, T: float) -> Offset:
     """The angle and what is learned in a period.
 
-    The derivatives are those for constant coefficients, which change slowly compared with the regressors.
-
-    Args:
-        turning: The state.
-        e: Tracking error of the origin in terms of x.
-        r_d, dr_d: Yaw rate and yaw acceleration of the reference, rad/s, rad/s².
-        rate: lambda, rad/s, below 1/T.
-        T: Control period, s.
+    The derivatives are those for constant coefficients, which change slowly compared with the regressors. `e`: tracking error
+    of the origin in terms of x. `r_d`, `dr_d`: yaw rate and yaw acceleration of the reference, rad/s, rad/s². `rate`: lambda,
+    rad/s, below 1/T. `T`: control period, s.
     """
     a, b, c, theta1, theta2 = turning
     da, db, dc = rate * (r_d - a), rate * (a - b), rate * (b - c)
@@ -98,15 +92,9 @@ def turning_offset(turning: Turning, e: float, r_d: float, dr_d: float, rate: fl
     return Offset(o, do, ddo, Turning(a + T * da, b + T * db, c + T * dc, theta1, theta2))
 
 
-FROUDE = 0.06
-"""The speed U_0 as a Froude number; gravity, m/s²."""
-
-INTEGRAL, MAX_RATE_SHARE = 0.3, 0.1
-"""Integral gain of the filter in terms of omega², and largest slow rate in terms of omega."""
-
-MARGIN = 1.5
-"""Factor on the shortest distance l with which the heading is stable on a hull that does not damp sway."""
-
+FROUDE = 0.06  # the speed U_0 as a Froude number; gravity, m/s²
+INTEGRAL, MAX_RATE_SHARE = 0.3, 0.1  # integral gain of the filter in terms of omega², and largest slow rate in terms of omega
+MARGIN = 1.5  # factor on the shortest distance l with which the heading is stable on a hull that does not damp sway
 ERRORS = "surge_error", "sway_error", "surge_error_rate", "sway_error_rate"
 """The terms of a law that are transformed back to the origin."""
 
@@ -119,8 +107,7 @@ class Heading(NamedTuple):
     turning: Turning = Turning()
 
 
-START = Heading()
-"""Before the first period."""
+START = Heading()  # before the first period
 
 
 class ControlledPoint(NamedTuple):
@@ -134,29 +121,17 @@ class ControlledPoint(NamedTuple):
 
 
 class AtControlledPoint(NamedTuple):
-    """Inputs of the law at its point.
+    """Inputs of the law at its point."""
 
-    Attributes:
-        motion: The ship.
-        desired: The reference.
-        acceleration: Derivatives of the body velocities of `desired`.
-        back: What the ERRORS at the origin exceed those at the point by, m, m, m/s, m/s.
-        delta: State of the filter for the next period.
-    """
-
-    motion: Motion
-    desired: Motion
-    acceleration: Acceleration
-    back: tuple[float, float, float, float]
-    delta: Heading
+    motion: Motion  # the ship
+    desired: Motion  # the reference
+    acceleration: Acceleration  # derivatives of the body velocities of `desired`
+    back: tuple[float, float, float, float]  # what the ERRORS at the origin exceed those at the point by, m, m, m/s, m/s
+    delta: Heading  # state of the filter for the next period
 
 
 def controlled_point_of(vessel: KnownVessel, period: float) -> ControlledPoint:
-    """The controlled point of a vessel, for a control period, s.
-
-    Raises:
-        ParameterError: as `KnownVessel.percussion_point`.
-    """
+    """The controlled point of a vessel, for a control period, s. Raises ParameterError as `KnownVessel.percussion_point`."""
     x_p, length = vessel.controlled, vessel.length
     # A faster filter would make the heading unstable: its loop is damped by 1 - m11/m22, and more on a hull that damps sway.
     share = 1.0 - vessel.surge_inertia / vessel.sway_inertia
@@ -164,18 +139,14 @@ def controlled_point_of(vessel: KnownVessel, period: float) -> ControlledPoint:
     return ControlledPoint(x_p, 1.0 / distance, FROUDE * math.sqrt(GRAVITY * length), period, 1.0 / length)
 
 
-ORIGIN = ControlledPoint(0.0, 1.0, 0.0, 1.0, 1.0)
-"""No other point than the origin."""
+ORIGIN = ControlledPoint(0.0, 1.0, 0.0, 1.0, 1.0)  # no other point than the origin
 
 
 @kernel
 def position(desired: Motion, acceleration: Acceleration, p: ControlledPoint) -> tuple[float, float]:
     """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx.
 
-    Args:
-        desired: State of the reference.
-        acceleration: Derivatives of its body velocities.
-        p: The point.
+    `acceleration`: derivatives of its body velocities.
     """
     s = magnitude(desired.u, desired.v) / p.U_0
     if s >= 1.0:
@@ -193,15 +164,7 @@ def to_controlled_point(
     d1 = omega·(delta - delta_f) + b, d2 = omega·(r - r_d - d1) + db, db = INTEGRAL·omega²·(delta - delta_f)
     (u, v) of the reference's point = (u_d + dq1 - r_d·q2, v_d + dq2 + r_d·q1)
 
-    Args:
-        motion: State of the ship.
-        desired: State of the reference.
-        acceleration: Derivatives of the reference's body velocities.
-        filtered: State of the filter.
-        p: The point.
-
-    Returns:
-        The same at the point.
+    `acceleration`: derivatives of the reference's body velocities. Returns the same at the point.
     """
     if p.x_p == 0.0:
         return AtControlledPoint(motion, desired, acceleration, (0.0, 0.0, 0.0, 0.0), filtered)
@@ -239,9 +202,7 @@ def at_origin(terms: Terms, back: tuple[float, float, float, float]) -> Terms:
 
     z1e = z1e_p + q1 - x, z2e = z2e_p + q2, and their derivatives
 
-    Args:
-        terms: Those at the point.
-        back: From `AtControlledPoint`.
+    `back`: from `AtControlledPoint`.
     """
     e1, e2, de1, de2 = back
     return terms._replace(

@@ -31,25 +31,17 @@ from vessel_hsmc_ros.law.linear_loop import System, exact_step
 SETTLING, SPREADING = 3000, 60
 """Periods until the estimates have settled, and over which, beyond the dead time, the deviation spreads."""
 
-DEVIATION = 1e-4
-"""The deviation: of position, length and speed relative to these, and of the heading."""
+DEVIATION = 1e-4  # the deviation: of position, length and speed relative to these, and of the heading
 
 
 class LinearShip(NamedTuple):
-    """A ship about a straight path.
+    """A ship about a straight path."""
 
-    Attributes:
-        speed: U, m/s.
-        length: Of the hull, m.
-        slopes: S, shape (3, 3).
-        gains: G, shape (3, 2).
-        lags, dead_times: Of surge force and yaw moment, s.
-    """
-
-    speed: float
-    length: float
-    slopes: Array
-    gains: Array
+    speed: float  # U, m/s
+    length: float  # of the hull, m
+    slopes: Array  # S, shape (3, 3)
+    gains: Array  # G, shape (3, 2)
+    # lags, dead_times: of surge force and yaw moment, s
     lags: tuple[float, float]
     dead_times: tuple[float, float]
 
@@ -69,14 +61,8 @@ Advance = Callable[..., tuple[LoopState, Array]]
 def loops(law: KernelLaw[Any], point: ControlledPoint, ship: LinearShip, period: float) -> dict[str, System]:
     """The loops broken at the received surge force, at the received yaw moment, and at the measured position across the path.
 
-    Args:
-        law: The law as constructed, whose constants must not change; its memory is left as it is.
-        point: The point that it controls.
-        ship: The ship.
-        period: Control period, s.
-
-    Returns:
-        Each loop with the others closed, by name.
+    `law`: the law as constructed, whose constants must not change; its memory is left as it is. Returns each loop with the
+    others closed, by name.
     """
     advance = _loop(law, point, ship, period)
     late = [round(each / period) for each in ship.dead_times]
@@ -145,11 +131,7 @@ def _steps(advance: Advance, at: LoopState, ship: LinearShip) -> Array:
 def _differentiated(advance: Advance, at: LoopState, steps: Array, error: float, wrench: Array) -> Array:
     """The derivatives of (F, H) with respect to (z, d, w), shape (n + 2, n + 3).
 
-    Args:
-        advance: A period of the loop.
-        at: Where it is differentiated.
-        steps: Of z, shape (n,).
-        error, wrench: Steps of w and of d, shape (2,).
+    `advance`: a period of the loop. `steps`: of z, shape (n,). `error`, `wrench`: steps of w and of d, shape (2,).
     """
     n, command = len(steps), advance(SETTLING, _copied(at))[1]
 

@@ -19,23 +19,16 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-PRIOR_DECAY = 0.8
-"""Decay rates before anything is known of them, in units of 1/T, with a standard deviation of a factor e."""
+PRIOR_DECAY = 0.8  # decay rates before anything is known of them, in units of 1/T, with a standard deviation of a factor e
 
 
 class Units(NamedTuple):
-    """The ship's own units.
+    """The ship's own units."""
 
-    Attributes:
-        time: T = sqrt(m_p/tau_2max), s.
-        length: L, m.
-        speed: L/T, m/s.
-        acceleration, yaw_acceleration: tau_1max/m11, m/s²; tau_2max/m_p, rad/s².
-    """
-
-    time: float
-    length: float
-    speed: float
+    time: float  # T = sqrt(m_p/tau_2max), s
+    length: float  # L, m
+    speed: float  # L/T, m/s
+    # acceleration, yaw_acceleration: tau_1max/m11, m/s²; tau_2max/m_p, rad/s²
     acceleration: float
     yaw_acceleration: float
 
@@ -118,10 +111,6 @@ def with_actuators(c: ObserverConstants, p: ObserverParameters, vessel: KnownVes
 class Observer:
     """The filter with its state and covariance.
 
-    Args:
-        parameters: Noise levels and model parameters.
-        vessel: The known inertia and limits.
-
     Attributes:
         constants: What the filter's kernel takes besides its state.
         state: The present state of the filter.
@@ -165,13 +154,8 @@ class Observer:
     def update(self, stamp: int, pose: Sequence[float] | Array, wrench: tuple[float, float]) -> Motion:
         """Predict the estimate to the time of a new measurement and correct it.
 
-        Args:
-            stamp: Time of the measurement, ns.
-            pose: Measured x, y, psi; further elements, such as measured velocities, are ignored.
-            wrench: Wrench commanded since the last update, N, N·m.
-
-        Returns:
-            The estimated motion.
+        `stamp`: time of the measurement, ns. `pose`: measured x, y, psi; further elements, such as measured velocities, are
+        ignored. `wrench`: wrench commanded since the last update, N, N·m. Returns the estimated motion.
         """
         measured = float(pose[0]), float(pose[1]), float(pose[2])
         self.state = observe(stamp, measured, wrench, self.state, self.constants)

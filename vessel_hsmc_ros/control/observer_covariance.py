@@ -33,16 +33,13 @@ class Jacobian(NamedTuple):
     """The elements of G = F - I, where F is the Jacobian of `propagate`, to first order in dt.
 
     A name such as u_psi is the derivative of the change of u with respect to psi.
-
-    Attributes:
-        dt: Time step, s.
-        c, s: dt·cos psi and dt·sin psi at the middle of the step.
-        decay_u, decay_v, decay_r: Fractions by which damping reduces u_r, v_r and r.
     """
 
-    dt: float
+    dt: float  # time step, s
+    # c, s: dt·cos psi and dt·sin psi at the middle of the step
     c: float
     s: float
+    # decay_u, decay_v, decay_r: fractions by which damping reduces u_r, v_r and r
     decay_u: float
     decay_v: float
     decay_r: float
@@ -138,11 +135,7 @@ def pass_waves(M: Array, dt: float, m: Model) -> None:
 def propagate_covariance(x: Array, P: Array, dt: float, m: Model) -> None:
     """P <- F·P·Fᵀ in place, with the Jacobian F of `propagate` at x.
 
-    Args:
-        x: States before the step.
-        P: Their covariance, symmetric.
-        dt: Time step, s.
-        m: Constants of the model.
+    `P`: their covariance, symmetric. `dt`: time step, s.
     """
     if m.waves:
         pass_waves(P, dt, m)

@@ -48,58 +48,34 @@ velocity, whatever is measured."""
 
 
 class ObserverConstants(NamedTuple):
-    """What does not change during a run.
+    """What does not change during a run."""
 
-    Attributes:
-        enabled: Whether the law takes the estimate; the kernels of this module do not look at it.
-        model: Constants of the model.
-        noise: Variances of a sample of x, y and psi.
-        Q: Intensity of the process noise, shape (n, n).
-        start: Initial variances of the states, shape (n,).
-        decay: Initial ln d_1, ln d_2, ln d_3.
-        m11, m_p: Known inertia; m_p is that which the yaw moment accelerates.
-        x_p: Distance of the known centre of percussion ahead of the origin, m.
-        actuators: What is known of the actuators.
-    """
-
-    enabled: bool
-    model: Model
-    noise: tuple[float, float, float]
-    Q: Array
-    start: Array
-    decay: tuple[float, float, float]
+    enabled: bool  # whether the law takes the estimate; the kernels of this module do not look at it
+    model: Model  # constants of the model
+    noise: tuple[float, float, float]  # variances of a sample of x, y and psi
+    Q: Array  # intensity of the process noise, shape (n, n)
+    start: Array  # initial variances of the states, shape (n,)
+    decay: tuple[float, float, float]  # initial ln d_1, ln d_2, ln d_3
+    # m11, m_p: known inertia; m_p is that which the yaw moment accelerates
     m11: float
     m_p: float
-    x_p: float
-    actuators: Actuators
+    x_p: float  # distance of the known centre of percussion ahead of the origin, m
+    actuators: Actuators  # what is known of the actuators
 
 
 class ObserverState(NamedTuple):
-    """The state of the filter; its arrays are written in place.
+    """The state of the filter; its arrays are written in place."""
 
-    Attributes:
-        x: States in the order of `observer_model`, shape (n,).
-        P: Their covariance, shape (n, n).
-        held: The last samples of x, y and psi, shape (3,).
-        sampled_at: When position and heading were sampled, ns, shape (2,).
-        refused: 1 where the last sample of position or heading was an outlier, otherwise 0, shape (2,).
-        started: Whether a measurement has initialised the filter.
-        stamp: Time of the estimate, ns.
-        accepted_at: When there was a new sample and no last one was an outlier, ns.
-        applied: Wrench on the hull, N, N·m.
-        commands: The latest commands.
-    """
-
-    x: Array
-    P: Array
-    held: Array
-    sampled_at: NDArray[np.int64]
-    refused: NDArray[np.int64]
-    started: bool
-    stamp: int
-    accepted_at: int
-    applied: Wrench
-    commands: Commands
+    x: Array  # states in the order of `observer_model`, shape (n,)
+    P: Array  # their covariance, shape (n, n)
+    held: Array  # the last samples of x, y and psi, shape (3,)
+    sampled_at: NDArray[np.int64]  # when position and heading were sampled, ns, shape (2,)
+    refused: NDArray[np.int64]  # 1 where the last sample of position or heading was an outlier, otherwise 0, shape (2,)
+    started: bool  # whether a measurement has initialised the filter
+    stamp: int  # time of the estimate, ns
+    accepted_at: int  # when there was a new sample and no last one was an outlier, ns
+    applied: Wrench  # wrench on the hull, N, N·m
+    commands: Commands  # the latest commands
 
 
 def initial_state(c: ObserverConstants) -> ObserverState:
@@ -113,15 +89,8 @@ def initial_state(c: ObserverConstants) -> ObserverState:
 def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: ObserverConstants) -> ObserverState:
     """Predict the estimate to the time of a new measurement and correct it.
 
-    Args:
-        stamp: Time of the measurement, ns.
-        pose: Measured x, y, psi.
-        wrench: Wrench commanded since the last update, N, N·m.
-        s: State of the filter; its arrays are written in place.
-        c: Constants.
-
-    Returns:
-        State of the filter.
+    `stamp`: time of the measurement, ns. `pose`: measured x, y, psi. `wrench`: wrench commanded since the last update, N, N·m.
+    `s`: state of the filter; its arrays are written in place. Returns state of the filter.
     """
     if not s.started:
         s = begin(stamp, pose, s, c)
@@ -148,11 +117,7 @@ def observe(stamp: int, pose: Pose, wrench: Wrench, s: ObserverState, c: Observe
 def refuse_outliers(pose: Pose, position_gate: float, heading_gate: float, s: ObserverState, c: ObserverConstants) -> None:
     """Correct by what is measured, and note which sensor has an outlier; in place.
 
-    Args:
-        pose: Measured x, y, psi.
-        position_gate, heading_gate: Innovation gates, 0 for no new sample.
-        s: State of the filter.
-        c: Constants.
+    `pose`: measured x, y, psi. `position_gate`, `heading_gate`: innovation gates, 0 for no new sample.
     """
     for i in range(3):
         sensor, gate = (1, heading_gate) if i == PSI else (0, position_gate)
@@ -190,12 +155,7 @@ def begin(stamp: int, pose: Pose, s: ObserverState, c: ObserverConstants) -> Obs
 def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants) -> None:
     """Propagate state and covariance by the model over dt: x <- f(x), P <- F·P·Fᵀ + dt·Q; in place.
 
-    Args:
-        x: States.
-        P: Covariance, symmetric.
-        applied: Wrench on the hull, N, N·m.
-        dt: Time step, s.
-        c: Constants.
+    `P`: covariance, symmetric. `applied`: wrench on the hull, N, N·m. `dt`: time step, s.
     """
     # The vessel model is nonlinear, hence the Jacobian (extended Kalman filter); the wave filter is linear and exact.
     propagate_covariance(x, P, dt, c.model)
@@ -210,12 +170,8 @@ def predict(x: Array, P: Array, applied: Wrench, dt: float, c: ObserverConstants
 def gate_of_position(stamp: int, pose: Pose, s: ObserverState) -> float:
     """Innovation gate of the measured position, which is then held; 0 for one that repeats a sample and is not to be used.
 
-    A measurement that only repeats an earlier sample is not used again: it is old, and its noise is not independent.
-
-    Args:
-        stamp: Time of the measurement, ns.
-        pose: Measured x, y, psi.
-        s: State of the filter.
+    A measurement that only repeats an earlier sample is not used again: it is old, and its noise is not independent. `stamp`:
+    time of the measurement, ns. `pose`: measured x, y, psi.
     """
     same = s.held[0] == pose[0] and s.held[1] == pose[1]
     if same and seconds(stamp - int(s.sampled_at[0])) < LONGEST_HOLD:
@@ -238,18 +194,8 @@ def gate_of_heading(stamp: int, pose: Pose, s: ObserverState) -> float:
 def correct(i: int, measured: float, gate: float, x: Array, P: Array, c: ObserverConstants) -> bool:
     """Correct by one scalar measurement of state i plus wave motion, unless it is an outlier; in place.
 
-    Correcting by x, y and psi one after the other is exact, because their noises are independent.
-
-    Args:
-        i: Index of the state.
-        measured: The measurement.
-        gate: Largest innovation to accept, in standard deviations.
-        x: States.
-        P: Covariance.
-        c: Constants.
-
-    Returns:
-        Whether the measurement was accepted.
+    Correcting by x, y and psi one after the other is exact, because their noises are independent. `gate`: largest innovation to
+    accept, in standard deviations. Returns whether the measurement was accepted.
     """
     expected, column, variance = float(x[i]), P[:, i].copy(), c.noise[i]
     if c.model.waves:

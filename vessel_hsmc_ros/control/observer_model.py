@@ -72,12 +72,7 @@ def wave(what: str, unit: str) -> float:
 
 
 def decay(what: str, symbol: str) -> float:
-    """Declare the linear damping of a velocity; -1, the default, estimates it.
-
-    Args:
-        what: The velocity, for the description.
-        symbol: Symbol in the model.
-    """
+    """Declare the linear damping of a velocity; -1, the default, estimates it."""
     return parameter(-1.0, f"Decay rate of {what} without inputs; -1: estimated.", unit="1/s", low=-1.0, high=1e2, symbol=symbol)
 
 
@@ -112,16 +107,11 @@ class ObserverParameters:
     wave_heading: float = wave("heading", "rad")
 
 
-PSI, U, V, R, BU, BV, BR, D1, D2, D3, CE, CN = range(2, 14)
-"""Indices of the states after the position."""
-
-XI, DXI = 14, 17
-"""Indices of the first states of xi and dxi, three each."""
+PSI, U, V, R, BU, BV, BR, D1, D2, D3, CE, CN = range(2, 14)  # indices of the states after the position
+XI, DXI = 14, 17  # indices of the first states of xi and dxi, three each
 
 
-WIDEST = 20.0
-"""ln d is limited to this magnitude where it is used, so that its exponential stays finite."""
-
+WIDEST = 20.0  # ln d is limited to this magnitude where it is used, so that its exponential stays finite
 FASTEST, FASTEST_TURN = 100.0, 10.0
 """Largest estimated velocities, m/s and rad/s: measurements that jump about would otherwise drive the products of velocities in
 the model to infinity."""
@@ -158,14 +148,9 @@ def through_water(x: Array) -> tuple[float, float]:
 def propagate(x: Array, surge: float, yaw: float, dt: float, m: Model) -> None:
     """Advance the states of the vessel model by dt, with b, d and c constant, and those of the wave filter; in place.
 
-    The velocities are integrated in the earth-fixed frame, where the terms v·r and -u·r vanish: integrated by Euler steps in the
-    body frame, they would add kinetic energy in a turn.
-
-    Args:
-        x: States, shape (14,), with waves (20,).
-        surge, yaw: Accelerations by the wrench, tau_1/m11 [m/s²] and tau_2/m_p [rad/s²].
-        dt: Time step, s.
-        m: Constants of the model.
+    The velocities are integrated in the earth-fixed frame, where the terms v·r and -u·r vanish: integrated by Euler steps in
+    the body frame, they would add kinetic energy in a turn. `x`: states, shape (14,), with waves (20,). `surge`, `yaw`:
+    accelerations by the wrench, tau_1/m11 [m/s²] and tau_2/m_p [rad/s²]. `dt`: time step, s.
     """
     psi, u, v, r = float(x[PSI]), float(x[U]), float(x[V]), float(x[R])
     u_r, v_r = through_water(x)
@@ -210,14 +195,8 @@ def rotated(angle: float, along: float, across: float) -> tuple[float, float]:
 def wave_transition(dt: float, m: Model) -> tuple[float, float, float, float]:
     """Transition matrix of the wave filter ddxi = -omega_0²·xi - 2·zeta·omega_0·dxi, in closed form.
 
-    An Euler step would add energy to the oscillation.
-
-    Args:
-        dt: Time step, s.
-        m: Constants of the model, with zeta below 1.
-
-    Returns:
-        Matrix for (xi, dxi) of one component, shape (2, 2), row by row.
+    An Euler step would add energy to the oscillation. `dt`: time step, s. `m`: constants of the model, with zeta below 1.
+    Returns matrix for (xi, dxi) of one component, shape (2, 2), row by row.
     """
     omega, decay = m.omega_0 * math.sqrt(1.0 - m.zeta * m.zeta), math.exp(-m.zeta * m.omega_0 * dt)
     c, s = decay * math.cos(omega * dt), decay * math.sin(omega * dt) / omega
@@ -226,23 +205,17 @@ def wave_transition(dt: float, m: Model) -> tuple[float, float, float, float]:
 
 Wrench = tuple[float, float]
 
-CAPACITY = 1024
-"""Number of commands kept: 10 s at 100 Hz; of a longer one the oldest of them is taken."""
+CAPACITY = 1024  # number of commands kept: 10 s at 100 Hz; of a longer one the oldest of them is taken
 
 
 class Actuators(NamedTuple):
-    """What is known of the actuators, in each field of the surge force and of the yaw moment.
+    """What is known of the actuators, in each field of the surge force and of the yaw moment."""
 
-    Attributes:
-        limit: Largest magnitude, N, N·m.
-        dead_time, lag: s; 0 for none.
-        rate: Largest rate of change, N/s, N·m/s.
-    """
-
-    limit: Wrench
+    limit: Wrench  # largest magnitude, N, N·m
+    # dead_time, lag: s; 0 for none
     dead_time: Wrench
     lag: Wrench
-    rate: Wrench
+    rate: Wrench  # largest rate of change, N/s, N·m/s
 
 
 class Commands(NamedTuple):
@@ -279,7 +252,6 @@ def actuated(last: Wrench, stamp: int, command: Wrench, dt: float, ring: Command
         command: Wrench commanded then, N, N·m.
         dt: Time step, s.
         ring: The latest commands; written in place.
-        c: What is known of the actuators.
     """
     i = int(ring.number[0]) % len(ring.at)
     ring.at[i], ring.wrench[i, 0], ring.wrench[i, 1] = stamp, command[0], command[1]
@@ -292,11 +264,7 @@ def actuated(last: Wrench, stamp: int, command: Wrench, dt: float, ring: Command
 def effective(j: int, stamp: int, ring: Commands, c: Actuators) -> float:
     """The command to input j that takes effect now: the latest that is at least a dead time old; 0 before the first one.
 
-    Args:
-        j: 0 for the surge force, 1 for the yaw moment.
-        stamp: Present time, ns.
-        ring: The latest commands.
-        c: What is known of the actuators.
+    `j`: 0 for the surge force, 1 for the yaw moment. `stamp`: present time, ns.
     """
     n, count = len(ring.at), int(ring.number[0])
     for k in range(min(n, count)):
@@ -310,12 +278,8 @@ def effective(j: int, stamp: int, ring: Commands, c: Actuators) -> float:
 def followed(j: int, last: float, command: float, dt: float, c: Actuators) -> float:
     """Input j at the end of dt, by a first-order lag of limited rate towards the limited command.
 
-    Args:
-        j: 0 for the surge force, 1 for the yaw moment.
-        last: The input at the beginning, N or N·m.
-        command: The command, N or N·m.
-        dt: Time step, s.
-        c: What is known of the actuators.
+    `j`: 0 for the surge force, 1 for the yaw moment. `last`: the input at the beginning, N or N·m. `command`: the command, N or
+    N·m. `dt`: time step, s.
     """
     goal = clip(command, c.limit[j])
     if c.lag[j] == 0.0 and not math.isfinite(c.rate[j]):

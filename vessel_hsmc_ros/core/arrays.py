@@ -15,10 +15,8 @@ Array = NDArray[np.float64]
 def multiply(x: Array, y: Any, out: Array) -> None:
     """Write the products x·y.
 
-    Args:
-        x: Shape (l,) or (k, l) or (k, 1).
-        y: A number or an array of shape (l,).
-        out: Array for the products, shape (l,) or (k, l).
+    `x`: shape (l,) or (k, l) or (k, 1). `y`: a number or an array of shape (l,). `out`: array for the products, shape (l,) or
+    (k, l).
     """
     np.multiply(x, y, out)
 
@@ -31,11 +29,7 @@ def add(x: Array, y: Array, out: Array) -> None:
 def add_outer(x: Array, y: Array, out: Array, scratch: Array) -> None:
     """Add the products x·yᵀ.
 
-    Args:
-        x: Shape (k, 1).
-        y: Shape (l,).
-        out: Array to add to, shape (k, l).
-        scratch: An array to work in, shape (k, l).
+    `x`: shape (k, 1). `y`: shape (l,). `out`: array to add to, shape (k, l). `scratch`: an array to work in, shape (k, l).
     """
     np.multiply(x, y, scratch)
     np.add(out, scratch, out)

@@ -7,28 +7,20 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 
-EMPTY = -1
-"""Index of the last row before the first."""
+EMPTY = -1  # index of the last row before the first
 
 
 class DelayLine(NamedTuple):
-    """The values of the last periods, arrays that are written in place.
+    """The values of the last periods, arrays that are written in place."""
 
-    Attributes:
-        rows: Values of a period each, shape (n, k), of delays up to n - 1 periods.
-        last: Index of the row of the last period, shape (1,).
-    """
-
-    rows: NDArray[np.float64]
-    last: NDArray[np.int64]
+    rows: NDArray[np.float64]  # values of a period each, shape (n, k), of delays up to n - 1 periods
+    last: NDArray[np.int64]  # index of the row of the last period, shape (1,)
 
 
 def delay_line(periods: int, width: int) -> DelayLine:
     """A line that is empty.
 
-    Args:
-        periods: The longest delay, periods.
-        width: Number of values of a period.
+    `periods`: the longest delay, periods. `width`: number of values of a period.
     """
     return DelayLine(np.zeros((periods + 1, width)), np.full(1, EMPTY))
 
@@ -42,9 +34,7 @@ def whole_periods(delay: float, period: float) -> int:
 def put(line: DelayLine, values: Any) -> None:
     """Write the values of this period in the place of the oldest ones.
 
-    Args:
-        line: The line.
-        values: As many as the line is wide; a tuple.
+    `values`: as many as the line is wide; a tuple.
     """
     i = (line.last[0] + 1) % len(line.rows)
     line.last[0] = i
@@ -65,9 +55,6 @@ def fill(line: DelayLine, values: Any) -> None:
 def delayed(line: DelayLine, periods: int, column: int) -> float:
     """The value of some periods ago.
 
-    Args:
-        line: The line.
-        periods: The delay, 0 for this period.
-        column: Index of the value.
+    `periods`: the delay, 0 for this period.
     """
     return float(line.rows[(line.last[0] - periods) % len(line.rows), column])

@@ -1,7 +1,6 @@
 """All errors that this package raises deliberately; every message is one line that names the problem and the remedy."""
 
-MAX_MESSAGE_LENGTH = 4000
-"""Characters of the longest error message."""
+MAX_MESSAGE_LENGTH = 4000  # characters of the longest error message
 
 
 class VesselHsmcError(Exception):

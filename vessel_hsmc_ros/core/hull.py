@@ -16,8 +16,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.schema import parameter
 
-LENGTH, BEAM = 32.0, 6.4
-"""Dimensions of the paper's ship, m."""
+LENGTH, BEAM = 32.0, 6.4  # dimensions of the paper's ship, m
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -28,9 +28,7 @@ DISTRIBUTIONS = {"foxglove": "foxglove-sdk", "mcap_ros2": "mcap-ros2-support", "
 FROM_APT = frozenset({"click", "geographiclib", "jinja2", "matplotlib", "numba", "numpy", "rich", "scipy", "yaml"})
 """Libraries with a rosdep key, which a workspace takes from apt as `python3-NAME`; the others come from PyPI."""
 
-ROS = re.compile(r"rclpy|rcl_|rosidl_|rpyutils|ament_|\w+_(msgs|srvs|interfaces)$")
-"""Modules that are parts of ROS 2."""
-
+ROS = re.compile(r"rclpy|rcl_|rosidl_|rpyutils|ament_|\w+_(msgs|srvs|interfaces)$")  # modules that are parts of ROS 2
 ROS_REMEDY = (
     "nodes need ROS 2, `pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces` or source a Jazzy workspace;"
     " `vessel-hsmc simulate` does without"
@@ -47,8 +45,7 @@ def prefixes() -> list[Path]:
 def share_directory() -> Path:
     """The checkout this module runs from, else the share folder of the prefix it was installed into.
 
-    Raises:
-        InstallationError: the package is installed without its data files.
+    Raises InstallationError if the package is installed without its data files.
     """
     # In a checkout (and with pip install -e) the data files are beside the code, so that edits take effect at once.
     checkout = Path(__file__).resolve().parents[2]
@@ -96,8 +93,7 @@ def discovery() -> Iterator[None]:
 def require(*modules: str) -> None:
     """Check that libraries are installed, before what needs them is imported or computed.
 
-    Raises:
-        InstallationError: some are not; the message names them all, and the command that installs them.
+    Raises InstallationError if some are not; the message names them all, and the command that installs them.
     """
     if missing := [name for name in modules if find_spec(name) is None]:
         raise InstallationError(_not_installed(missing))

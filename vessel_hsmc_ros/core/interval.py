@@ -46,11 +46,7 @@ class Interval:
         return self * other
 
     def __truediv__(self, other: Interval | float) -> Interval:
-        """The quotient.
-
-        Raises:
-            ParameterError: the divisor contains zero.
-        """
+        """The quotient. Raises ParameterError if the divisor contains zero."""
         o = interval(other)
         if o.low <= 0.0 <= o.high:
             raise ParameterError(f"the divisor must not contain zero (got {o.low:g} to {o.high:g})")

@@ -14,8 +14,7 @@ from typing import Any, TypeVar
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-KERNELS: set[Callable[..., Any]] = set()
-"""All kernels that have been imported."""
+KERNELS: set[Callable[..., Any]] = set()  # all kernels that have been imported
 
 
 def kernel(function: Function) -> Function:

@@ -19,11 +19,8 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.kernel import kernel
 
-TURN = 2.0 * math.pi
-"""A full turn."""
-
-GRAVITY = 9.81
-"""Acceleration of gravity, m/s²."""
+TURN = 2.0 * math.pi  # a full turn
+GRAVITY = 9.81  # acceleration of gravity, m/s²
 
 
 class Motion(NamedTuple):
@@ -101,11 +98,7 @@ def quaternion_from_heading(psi: float) -> tuple[float, float]:
 def heading_from_quaternion(x: float, y: float, z: float, w: float) -> float:
     """The yaw angle of a quaternion; roll and pitch are disregarded.
 
-    Args:
-        x, y, z, w: Components of any non-zero quaternion; it need not be normalised.
-
-    Returns:
-        Heading in [-pi, pi].
+    `x`, `y`, `z`, `w`: components of any non-zero quaternion; it need not be normalised. Returns heading in [-pi, pi].
     """
     # Both arguments scale with the squared norm, which cancels; the usual 1 - 2·(y² + z²) would need a unit quaternion.
     return math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
@@ -145,13 +138,8 @@ def transform_rate(z: Transformed, motion: Motion) -> Transformed:
 def transform_acceleration(z: Transformed, motion: Motion, acceleration: Acceleration) -> Transformed:
     """ddZ, from (9) and (6): ddz1 = du + dz2·r + z2·dr, ddz2 = dv - dz1·r - z1·dr, ddz3 = dr.
 
-    Args:
-        z: Transformed pose of the motion.
-        motion: Pose and body velocities.
-        acceleration: Derivatives of the body velocities.
-
-    Returns:
-        ddz1 [m/s²], ddz2 [m/s²], ddz3 [rad/s²].
+    `motion`: pose and body velocities. `acceleration`: derivatives of the body velocities. Returns ddz1 [m/s²], ddz2 [m/s²],
+    ddz3 [rad/s²].
     """
     u, v, r = motion.u, motion.v, motion.r
     du, dv, dr = acceleration
@@ -168,15 +156,9 @@ def tracking_error(z: Transformed, z_d: Transformed) -> Transformed:
 def extrapolate(motion: Motion, acceleration: Acceleration, interval: float) -> Motion:
     """The state a short interval later or earlier, with the body acceleration held constant.
 
-    The velocities are exact for a constant acceleration; the pose is integrated by the midpoint rule.
-
-    Args:
-        motion: State at the start of the interval.
-        acceleration: Derivatives of the body velocities, held over the interval.
-        interval: Time to extrapolate by, s; negative to go back in time; 0 returns the state unchanged.
-
-    Returns:
-        State at the end of the interval; the heading is not wrapped.
+    The velocities are exact for a constant acceleration; the pose is integrated by the midpoint rule. `acceleration`:
+    derivatives of the body velocities, held over the interval. `interval`: time to extrapolate by, s; negative to go back in
+    time; 0 returns the state unchanged. Returns state at the end of the interval; the heading is not wrapped.
     """
     if interval == 0.0:
         return motion

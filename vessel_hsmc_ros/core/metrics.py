@@ -19,23 +19,12 @@ Array = NDArray[np.float64]
 SETTLED_SHARE, SETTLED_LENGTHS = 0.05, (0.01, 0.1)
 """The position error has settled below 5 % of its initial value, at least 1 % and at most 10 % of the hull's length."""
 
-NOISE_PEAK = 3.0
-"""Largest error of noisy positions, in their standard deviations: larger ones are rare."""
-
+NOISE_PEAK = 3.0  # largest error of noisy positions, in their standard deviations: larger ones are rare
 UNLIMITED = (math.inf, math.inf)
 
 
 class Metrics(NamedTuple):
-    """Metrics of a run; in m, s, N and N·m, with the unit as a suffix where it is another.
-
-    Attributes:
-        settling_time: None if the position error has not settled at the end.
-        surge_force_at_limit, yaw_moment_at_limit: Share of the time from 0 to 1; None without a limit.
-        surge_force_travel, yaw_moment_travel: Actuator travel, 1/min; None without a limit.
-        leg_cross_track_rms, leg_cross_track_peak, leg_along_track_rms: Errors against the planned legs; None without legs.
-        turn_cross_track_rms: Likewise in the planned turns.
-        legs_missed: Share of the length of the planned legs that was not passed near enough, from 0 to 1; None without legs.
-    """
+    """Metrics of a run; in m, s, N and N·m, with the unit as a suffix where it is another."""
 
     position_error_rms: float
     position_error_rms_last_quarter: float
@@ -47,15 +36,19 @@ class Metrics(NamedTuple):
     yaw_moment_peak: float
     yaw_moment_rms: float
     position_error_peak_last_quarter: float
-    settling_time: float | None = None
+    settling_time: float | None = None  # None if the position error has not settled at the end
+    # surge_force_at_limit, yaw_moment_at_limit: share of the time from 0 to 1; None without a limit
     surge_force_at_limit: float | None = None
     yaw_moment_at_limit: float | None = None
+    # surge_force_travel, yaw_moment_travel: actuator travel, 1/min; None without a limit
     surge_force_travel: float | None = None
     yaw_moment_travel: float | None = None
+    # leg_cross_track_rms, leg_cross_track_peak, leg_along_track_rms: errors against the planned legs; None without legs
     leg_cross_track_rms: float | None = None
     leg_cross_track_peak: float | None = None
     leg_along_track_rms: float | None = None
-    turn_cross_track_rms: float | None = None
+    turn_cross_track_rms: float | None = None  # likewise in the planned turns
+    # share of the length of the planned legs that was not passed near enough, from 0 to 1; None without legs
     legs_missed: float | None = None
 
 
@@ -100,12 +93,9 @@ def body_error(state: Array, reference: Array) -> Array:
 def settling_bound(initial_error: float, hull_length: float) -> float:
     """The position error below which a ship has settled, m.
 
-    5 % of the initial error, as is usual for a step response; within 1 % and 10 % of the hull's length, because a ship may start
-    on its reference or far away from it.
-
-    Args:
-        initial_error: Position error at the start, m.
-        hull_length: m; 0 where it is not known.
+    5 % of the initial error, as is usual for a step response; within 1 % and 10 % of the hull's length, because a ship may
+    start on its reference or far away from it. `initial_error`: position error at the start, m. `hull_length`: m; 0 where it is
+    not known.
     """
     bound = SETTLED_SHARE * initial_error
     return min(max(bound, SETTLED_LENGTHS[0] * hull_length), SETTLED_LENGTHS[1] * hull_length) if hull_length else bound
@@ -114,13 +104,8 @@ def settling_bound(initial_error: float, hull_length: float) -> float:
 def settling_time(time: Array, error: Array, bound: float) -> float | None:
     """Time after which an error stays within a bound, from the first sample on.
 
-    Args:
-        time: Times of the samples, (n,) s.
-        error: The error, (n,).
-        bound: Its largest magnitude when settled.
-
-    Returns:
-        0 if it never exceeds the bound; None if the last sample does.
+    `time`: times of the samples, (n,) s. `error`: the error, (n,). Returns 0 if it never exceeds the bound; None if the last
+    sample does.
     """
     outside = np.flatnonzero(~(np.abs(error) <= bound))  # negated, so that NaN is outside
     if not len(outside):
@@ -136,15 +121,9 @@ def share_at_limit(wrench: Array, limit: float) -> float | None:
 def travel(time: Array, wrench: Array, limit: float) -> float | None:
     """Actuator travel: the sum of the changes |dtau| of a force or moment relative to its limit, per minute.
 
-    From zero to the limit and back once a minute is a travel of 2 1/min. It is a measure of wear.
-
-    Args:
-        time: Times of the samples, (n,) s.
-        wrench: Force or moment, (n,).
-        limit: Its largest magnitude; infinite for none.
-
-    Returns:
-        1/min; 0 for a single sample, None without a limit.
+    From zero to the limit and back once a minute is a travel of 2 1/min. It is a measure of wear. `time`: times of the samples,
+    (n,) s. `wrench`: force or moment, (n,). `limit`: its largest magnitude; infinite for none. Returns 1/min; 0 for a single
+    sample, None without a limit.
     """
     if not math.isfinite(limit):
         return None
@@ -204,10 +183,8 @@ def evaluate_errors(
 ) -> Metrics:
     """Compute all metrics of a run from its errors.
 
-    Args:
-        time: Times of the samples, (n,) s, n at least 1.
-        error: x, y, psi of the ship minus those of the reference, (n, 3); psi need not be wrapped.
-        wrench, commanded, limits, hull_length: As in `evaluate`.
+    `time`: times of the samples, (n,) s, n at least 1. `error`: x, y, psi of the ship minus those of the reference, (n, 3); psi
+    need not be wrapped. `wrench`, `commanded`, `limits`, `hull_length`: as in `evaluate`.
     """
     position, angle = distance(error), np.degrees(wrapped(error[:, 2]))
     # The last quarter represents the steady state, after the transient of the initial error has decayed.
@@ -235,15 +212,9 @@ def evaluate_errors(
 def reversals_per_second(time: Array, values: Array, after: float = 0.0) -> float:
     """How often a signal changes between rising and falling, per second: a measure of chattering.
 
-    Samples at which the signal is constant, as between two control periods, are skipped.
-
-    Args:
-        time: Times of the samples, (n,) s.
-        values: The signal, (n,).
-        after: Start of the evaluated interval, s.
-
-    Returns:
-        Changes of sign of the slope per second; 0 for fewer than two samples.
+    Samples at which the signal is constant, as between two control periods, are skipped. `time`: times of the samples, (n,) s.
+    `values`: the signal, (n,). `after`: start of the evaluated interval, s. Returns changes of sign of the slope per second; 0
+    for fewer than two samples.
     """
     evaluated = time >= after
     changes = np.diff(values[evaluated])

@@ -5,19 +5,12 @@ from typing import NamedTuple
 
 
 class NodeProgram(NamedTuple):
-    """Where a node is found, and what it needs.
+    """Where a node is found, and what it needs."""
 
-    Attributes:
-        source: The module with its class and its function `main`.
-        kind: The name of its class.
-        executable: What `ros2 run` runs.
-        libraries: The modules that it imports beside ROS, NumPy and PyYAML.
-    """
-
-    source: str
-    kind: str
-    executable: str
-    libraries: tuple[str, ...] = ()
+    source: str  # the module with its class and its function `main`
+    kind: str  # the name of its class
+    executable: str  # what `ros2 run` runs
+    libraries: tuple[str, ...] = ()  # the modules that it imports beside ROS, NumPy and PyYAML
 
     @property
     def module(self) -> str:
@@ -29,14 +22,10 @@ PLANT = "vessel_sim"
 REFERENCE = "reference_ship"
 CONTROLLER = "controller"
 
-ALLOCATION = "thruster_allocation"
-"""The node of the loop that takes part only where thrusters drive the ship."""
-
+ALLOCATION = "thruster_allocation"  # the node of the loop that takes part only where thrusters drive the ship
 RECORDER = "recorder"
 
-RELAY = "fault_relay"
-"""The node that carries out scripted faults."""
-
+RELAY = "fault_relay"  # the node that carries out scripted faults
 LOOP = {
     PLANT: NodeProgram("vessel_sim_node.node", "VesselSimNode", "vessel_sim_node"),
     REFERENCE: NodeProgram("vessel_hsmc_ros.nodes.reference_ship", "ReferenceShipNode", "reference_ship_node"),
@@ -69,9 +58,8 @@ START_ORDER = tuple(reversed(LOOP))
 def taking_part(by_thrusters: bool, vessels: Sequence[str] = ()) -> tuple[str, ...]:
     """The nodes of a loop in the order of their start, such as `vessel_2/controller` in a fleet, which has one recorder.
 
-    Args:
-        by_thrusters: Whether thrusters drive the ship, so that the allocation is one of them.
-        vessels: Namespaces of the vessels of a fleet; none for a single vessel without one of its own.
+    `by_thrusters`: whether thrusters drive the ship, so that the allocation is one of them. `vessels`: namespaces of the
+    vessels of a fleet; none for a single vessel without one of its own.
     """
     names = [name for name in START_ORDER if by_thrusters or name != ALLOCATION]
     if not vessels:

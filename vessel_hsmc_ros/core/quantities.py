@@ -17,19 +17,14 @@ KINDS = {
 }
 """The units that take prefixes, with those that are usual: seconds and speeds have none above one."""
 
-CLOSE = ("°", "°/s")
-"""Units that follow their number without a space."""
+CLOSE = ("°", "°/s")  # units that follow their number without a space
 
 
 def scaled(value: float, unit: str) -> tuple[float, str]:
     """Choose the prefix for a value.
 
-    Args:
-        value: In SI units; of the values of an axis, the one with the largest magnitude.
-        unit: The SI unit.
-
-    Returns:
-        The factor that converts SI values, and the unit with its prefix.
+    `value`: in SI units; of the values of an axis, the one with the largest magnitude. `unit`: the SI unit. Returns the factor
+    that converts SI values, and the unit with its prefix.
     """
     size = abs(_rounded(value))
     for scale, prefix in KINDS.get(unit, ()):
@@ -42,13 +37,8 @@ def scaled(value: float, unit: str) -> tuple[float, str]:
 def quantity(value: float, unit: str = "", sign: bool = False) -> str:
     """A value with its unit, for people: `quantity(2e5, "N")` is `200 kN`.
 
-    Args:
-        value: In SI units; angles in the given unit.
-        unit: The unit without a prefix; empty for none.
-        sign: Whether a positive value has its sign too.
-
-    Returns:
-        The text; a dash for a value that is not finite.
+    `value`: in SI units; angles in the given unit. `unit`: the unit without a prefix; empty for none. `sign`: whether a
+    positive value has its sign too. Returns the text; a dash for a value that is not finite.
     """
     if not math.isfinite(value):
         return "–"
@@ -67,8 +57,7 @@ def number(value: float) -> str:
 def number_of(text: str) -> float:
     """The number that a text from a file or a command line contains.
 
-    Raises:
-        ValueError: it is none, or one that only Python writes so: with digits of another script or with `_` between them.
+    Raises ValueError if it is none, or one that only Python writes so: with digits of another script or with `_` between them.
     """
     if not text.isascii() or "_" in text:
         raise ValueError(f"{text} is not a number")

@@ -76,38 +76,23 @@ def _data_frame(table: Mapping[str, Array]) -> "DataFrame":
 
 @dataclass(frozen=True)
 class Published:
-    """The content of all messages that plant, reference ship and controller publish in a run, unrounded and not wrapped.
+    """The content of all messages that plant, reference ship and controller publish in a run, unrounded and not wrapped."""
 
-    Attributes:
-        stamp: Of the plant's other messages and of the commands, (n,) ns.
-        measured_at: Of the odometry, (n,) ns: the times of its measurements.
-        odometry: Measured x, y, psi, u, v, r, (n, 6).
-        truth: The true ones, (n, 6); None where the sensors are perfect.
-        command: Surge force [N] and yaw moment [N·m] of the controller, (n, 2).
-        applied: Surge force, sway force [N] and yaw moment [N·m] of the actuators, (n, 3).
-        disturbance: Surge and sway force [N] and yaw moment [N·m], (n, 3).
-        unforced_acceleration: f_u, f_v, f_r of (7), (n, 3), m/s², m/s², rad/s².
-        reference_stamp: Of the reference, (m,) ns.
-        reference, reference_acceleration: Its x, y, psi, u, v, r, (m, 6), and accelerations, (m, 3).
-        control_stamp: Of the updates of the law, (k,) ns.
-        control: Its terms by the field names of ControlState.msg, k rows each.
-        estimate: x, y, psi, u, v, r of the observer, (k, 6); None without one.
-    """
-
-    stamp: Stamps
-    measured_at: Stamps
-    odometry: Array
-    truth: Array | None
-    command: Array
-    applied: Array
-    disturbance: Array
-    unforced_acceleration: Array
-    reference_stamp: Stamps
+    stamp: Stamps  # of the plant's other messages and of the commands, (n,) ns
+    measured_at: Stamps  # of the odometry, (n,) ns: the times of its measurements
+    odometry: Array  # measured x, y, psi, u, v, r, (n, 6)
+    truth: Array | None  # the true ones, (n, 6); None where the sensors are perfect
+    command: Array  # surge force [N] and yaw moment [N·m] of the controller, (n, 2)
+    applied: Array  # surge force, sway force [N] and yaw moment [N·m] of the actuators, (n, 3)
+    disturbance: Array  # surge and sway force [N] and yaw moment [N·m], (n, 3)
+    unforced_acceleration: Array  # f_u, f_v, f_r of (7), (n, 3), m/s², m/s², rad/s²
+    reference_stamp: Stamps  # of the reference, (m,) ns
+    # reference, reference_acceleration: its x, y, psi, u, v, r, (m, 6), and accelerations, (m, 3)
     reference: Array
     reference_acceleration: Array
-    control_stamp: Stamps
-    control: Mapping[str, Array]
-    estimate: Array | None
+    control_stamp: Stamps  # of the updates of the law, (k,) ns
+    control: Mapping[str, Array]  # its terms by the field names of ControlState.msg, k rows each
+    estimate: Array | None  # x, y, psi, u, v, r of the observer, (k, 6); None without one
 
 
 Table = dict[str, NDArray[Any]]
@@ -167,13 +152,8 @@ def recorded(values: Array | None) -> bool:
 def held(times: Array, values: Array, at: Array) -> Array:
     """Sample-and-hold: the latest value at each of some times, the first value before that.
 
-    Args:
-        times: Sample times in any order, (n,).
-        values: (n,) or (n, k).
-        at: Times to evaluate at, (m,), in the unit of `times`.
-
-    Returns:
-        (m,) or (m, k).
+    `times`: sample times in any order, (n,). `values`: (n,) or (n, k). `at`: times to evaluate at, (m,), in the unit of
+    `times`. Returns (m,) or (m, k).
     """
     if np.array_equal(times, at):
         return values

@@ -52,16 +52,9 @@ class Entry:
 def check(entry: Entry, value: object, owner: str) -> Value:
     """Check one value and convert it to the declared type.
 
-    Args:
-        entry: The declaration.
-        value: Value as read from YAML or ROS.
-        owner: Name of the node or group, for error messages.
-
-    Returns:
-        The value in the declared type.
-
-    Raises:
-        ParameterError: the value has the wrong type, length or range; the message names the value and what is allowed.
+    `value`: value as read from YAML or ROS. `owner`: name of the node or group, for error messages. Returns the value in the
+    declared type. Raises ParameterError if the value has the wrong type, length or range; the message names the value and what
+    is allowed.
     """
     try:
         converted = _convert(entry.type, value)
@@ -101,8 +94,7 @@ def shown(value: Value) -> str:
 def _convert(kind: Any, value: object) -> Value:
     """Convert without loss: an integer is accepted as a float, a NumPy number as Python's; any other change of type is an error.
 
-    Raises:
-        TypeError: the value is not of this kind.
+    Raises TypeError if the value is not of this kind.
     """
     if kind in (tuple[float, ...], tuple[str, ...]):
         element = float if kind == tuple[float, ...] else str
@@ -200,9 +192,7 @@ def group(cls: type[T], *, tunable: bool = False) -> T:
 def entries(cls: type, prefix: str = "") -> dict[str, Entry]:
     """All declared parameters by their dotted names, in the order of declaration.
 
-    Args:
-        cls: The dataclass that declares them.
-        prefix: Prepended to every name, such as the name of the group and a dot.
+    `prefix`: prepended to every name, such as the name of the group and a dot.
     """
     return dict(_entries(cls, prefix))
 
@@ -227,13 +217,9 @@ def _entries(cls: type, prefix: str) -> dict[str, Entry]:
 def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
     """Check values by their dotted names and make an instance from them.
 
-    Args:
-        cls: The dataclass that declares the parameters.
-        values: Values as read from YAML or ROS; parameters that are missing keep their default.
-        owner: Name of the node or group that the values belong to, for error messages.
-
-    Raises:
-        ParameterError: a name is unknown, or a value has the wrong type or is out of range.
+    `values`: values as read from YAML or ROS; parameters that are missing keep their default. `owner`: name of the node or
+    group that the values belong to, for error messages. Raises ParameterError if a name is unknown, or a value has the wrong
+    type or is out of range.
     """
     return changed(cls(), values, owner)
 

@@ -13,21 +13,15 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
-LOWEST, HIGHEST = 1000.0, 2000.0
-"""Range of pulse widths, µs."""
+LOWEST, HIGHEST = 1000.0, 2000.0  # range of pulse widths, µs
 
 
 class ThrustCurve(NamedTuple):
-    """A curve from its most negative to its largest thrust.
+    """A curve from its most negative to its largest thrust."""
 
-    Attributes:
-        neutral: Pulse width of rest, µs.
-        deadband: Half the width of the deadband, µs.
-        pulses, thrusts: Its points outside the deadband, µs and N, both increasing.
-    """
-
-    neutral: float
-    deadband: float
+    neutral: float  # pulse width of rest, µs
+    deadband: float  # half the width of the deadband, µs
+    # pulses, thrusts: its points outside the deadband, µs and N, both increasing
     pulses: tuple[float, ...]
     thrusts: tuple[float, ...]
 

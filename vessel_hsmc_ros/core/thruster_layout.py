@@ -25,9 +25,7 @@ from vessel_hsmc_ros.core.schema import parameter
 KINDS = ("fixed", "azimuth", "rudder")
 FIXED, AZIMUTH, RUDDER = range(3)
 
-ALL_ROUND = math.pi
-"""The angle limit of an azimuth that turns all the way round."""
-
+ALL_ROUND = math.pi  # the angle limit of an azimuth that turns all the way round
 NAME = re.compile(r"[A-Za-z]\w*")
 
 

@@ -16,9 +16,7 @@ class RateGrid:
     """The instants k/rate, k = 0, 1, 2, ... in nanoseconds, without drift for any rate.
 
     The ratio of a nanosecond to the period is kept as a fraction, so that 3 Hz has exactly three instants in every second.
-
-    Args:
-        rate_hz: Instants per second, above 0.
+    `rate_hz`: instants per second, above 0.
     """
 
     def __init__(self, rate_hz: float) -> None:

@@ -8,24 +8,17 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-NO_LEG = -1
-"""Number of the leg while the plan is on none: before it begins, in turns on the spot, and at rest after the last."""
+NO_LEG = -1  # number of the leg while the plan is on none: before it begins, in turns on the spot, and at rest after the last
 
 
 class TrackErrors(NamedTuple):
-    """Errors of a run against the geometry of its plan, one row per sample.
+    """Errors of a run against the geometry of its plan, one row per sample."""
 
-    Attributes:
-        leg: Number of the leg that the plan is on, or of the leg before the turn, from 0 on; NO_LEG where it is on none, (n,).
-        turn: Whether the plan is in a turn, (n,).
-        cross: Cross-track error, positive to port of the line, (n,) m; NaN where the plan is on no leg.
-        along: Along-track error, positive ahead of the plan, (n,) m; NaN likewise.
-    """
-
+    # number of the leg that the plan is on, or of the leg before the turn, from 0 on; NO_LEG where it is on none, (n,)
     leg: NDArray[np.int64]
-    turn: NDArray[np.bool_]
-    cross: Array
-    along: Array
+    turn: NDArray[np.bool_]  # whether the plan is in a turn, (n,)
+    cross: Array  # cross-track error, positive to port of the line, (n,) m; NaN where the plan is on no leg
+    along: Array  # along-track error, positive ahead of the plan, (n,) m; NaN likewise
 
     def where(self, mask: NDArray[np.bool_]) -> "TrackErrors":
         """The errors of some samples."""

@@ -21,23 +21,14 @@ CHANGES = ("nan", "inf", "huge", "bit_flip", "add")
 
 
 class Kind(NamedTuple):
-    """A kind of fault.
+    """A kind of fault."""
 
-    Attributes:
-        target: What it acts on: topic, actuator, node or clock.
-        meaning: What it does, for the documentation.
-        takes: The settings that it takes besides at, its target and, where it ends, duration.
-        needs: Those of them that have no default.
-        lockstep: Whether it can be carried out in lockstep.
-        ends: Whether it can end before the run does, so that it takes a duration.
-    """
-
-    target: str
-    meaning: str
-    takes: tuple[str, ...] = ()
-    needs: tuple[str, ...] = ()
-    lockstep: bool = True
-    ends: bool = True
+    target: str  # what it acts on: topic, actuator, node or clock
+    meaning: str  # what it does, for the documentation
+    takes: tuple[str, ...] = ()  # the settings that it takes besides at, its target and, where it ends, duration
+    needs: tuple[str, ...] = ()  # those of them that have no default
+    lockstep: bool = True  # whether it can be carried out in lockstep
+    ends: bool = True  # whether it can end before the run does, so that it takes a duration
 
 
 _NOT_IN_LOCKSTEP = False
@@ -139,12 +130,7 @@ class FaultScript:
 def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
     """Check that a fault has the settings of its kind and no others.
 
-    Args:
-        given: The settings that the script gives.
-        owner: Its name, for error messages.
-
-    Raises:
-        ParameterError: a setting is missing or does not apply.
+    Raises ParameterError if a setting is missing or does not apply.
     """
     kind = KINDS[fault.kind]
     target = _TARGETS[kind.target]
@@ -162,12 +148,7 @@ def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
 def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], owner: str) -> None:
     """Check that the run has the topic or the node of a fault.
 
-    Args:
-        topics: The topics that pass through the relay.
-        owner: Its name, for error messages.
-
-    Raises:
-        ParameterError: it has not, or the kind does not apply to it.
+    Raises ParameterError if it has not, or the kind does not apply to it.
     """
     target = KINDS[fault.kind].target
     if target in ("topic", "actuator") and fault.topic not in topics:
@@ -188,11 +169,7 @@ def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], 
 
 
 def check_mode(fault: Fault, lockstep: bool, owner: str) -> None:
-    """Check that a fault can be carried out in the mode of the run.
-
-    Raises:
-        ParameterError: it can't.
-    """
+    """Check that a fault can be carried out in the mode of the run. Raises ParameterError if it cannot."""
     if not lockstep:
         return
     if not KINDS[fault.kind].lockstep:

@@ -14,19 +14,14 @@ FACTORS = {"lose": 0.0, "reverse": -1.0}
 FIELDS = {"surge": ("wrench.force.x",), "yaw": ("wrench.torque.z",), "both": ("wrench.force.x", "wrench.torque.z")}
 """The fields of cmd_wrench by their actuator."""
 
-POSITION = ("pose.pose.position.x", "pose.pose.position.y")
-"""The fields of odom that a lost position leaves without a value."""
-
+POSITION = ("pose.pose.position.x", "pose.pose.position.y")  # the fields of odom that a lost position leaves without a value
 THRUSTER_FIELD = "data"
 
 
 def draw(seed: int, fault: int, topic: str, number: int, purpose: str) -> float:
     """A number uniform in [0, 1).
 
-    Args:
-        fault: Index of the fault in the script.
-        number: Sequence number of the message on its topic.
-        purpose: What the number decides.
+    `number`: sequence number of the message on its topic.
     """
     text = f"{seed} {fault} {topic} {number} {purpose}".encode()
     return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "big") / 2.0**64
@@ -41,23 +36,14 @@ class Edit(NamedTuple):
 
 
 class Delivery(NamedTuple):
-    """A message on its way.
+    """A message on its way."""
 
-    Attributes:
-        message: As it was received.
-        number: Sequence number of the message in whose place it comes, from 0.
-        stamp: The stamp that it comes with, ns.
-        due: Time at which it is delivered, ns.
-        edits: Changes of its content.
-        held: Whether it waits for the next message of its topic.
-    """
-
-    message: Any
-    number: int
-    stamp: int
-    due: int
-    edits: tuple[Edit, ...] = ()
-    held: bool = False
+    message: Any  # as it was received
+    number: int  # sequence number of the message in whose place it comes, from 0
+    stamp: int  # the stamp that it comes with, ns
+    due: int  # time at which it is delivered, ns
+    edits: tuple[Edit, ...] = ()  # changes of its content
+    held: bool = False  # whether it waits for the next message of its topic
 
 
 class TopicSchedule:
@@ -78,9 +64,7 @@ class TopicSchedule:
     def take(self, message: Any, stamp: int, elapsed: int) -> list[Delivery]:
         """Take the next message of the topic and return what is delivered now, in this order.
 
-        Args:
-            stamp: Its stamp, ns.
-            elapsed: The present time since the start of the run, ns, by which faults begin and end.
+        `stamp`: its stamp, ns. `elapsed`: the present time since the start of the run, ns, by which faults begin and end.
         """
         self.number += 1
         deliveries = [Delivery(message, self.number, stamp, elapsed)]

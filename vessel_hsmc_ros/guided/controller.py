@@ -55,17 +55,10 @@ from vessel_hsmc_ros.law.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-LONGEST_AGE = 2.0
-"""Age of a measurement up to which the motion is predicted over it, s."""
-
-LONGEST_ROLL = 12
-"""Number of prediction steps through a delay, however many periods it has."""
-
-LARGEST = 1e12
-"""Positions are saturated at this magnitude, so that their powers stay finite."""
-
-FASTEST = 30.0
-"""Velocities are saturated at this magnitude, L/T and 1/T, so that the covariance of the filter stays positive."""
+LONGEST_AGE = 2.0  # age of a measurement up to which the motion is predicted over it, s
+LONGEST_ROLL = 12  # number of prediction steps through a delay, however many periods it has
+LARGEST = 1e12  # positions are saturated at this magnitude, so that their powers stay finite
+FASTEST = 30.0  # velocities are saturated at this magnitude, L/T and 1/T, so that the covariance of the filter stays positive
 
 
 class Constants(NamedTuple):
@@ -76,40 +69,29 @@ class Constants(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Internal state of the law, in its units.
+    """Internal state of the law, in its units."""
 
-    Attributes:
-        started: Whether there has been a step.
-        pose: The pose predicted for the next step.
-        x, P, noise: States of the filter, their covariance, and the variances of the measurements, written in place.
-        tau_1, tau_2: Accelerations by the wrench since the last step, as modelled.
-        head: Column of the present period in `queue`.
-        beta: Drift angle of the track.
-        r_f, dr_f: Its turn beyond that of the reference, filtered, and the rate of change of that.
-        xi: Integrals of the position error.
-        queue: The last commands, (2, n + 1), written in place.
-        K, scratch: Working memory, shapes (4,) and (20, 15).
-        bank: What is learned of the actuators.
-        W: There are no networks.
-    """
-
-    started: bool
-    pose: tuple[float, float, float]
+    started: bool  # whether there has been a step
+    pose: tuple[float, float, float]  # the pose predicted for the next step
+    # x, P, noise: states of the filter, their covariance, and the variances of the measurements, written in place
     x: Array
     P: Array
     noise: Array
+    # tau_1, tau_2: accelerations by the wrench since the last step, as modelled
     tau_1: float
     tau_2: float
-    head: int
-    beta: float
+    head: int  # column of the present period in `queue`
+    beta: float  # drift angle of the track
+    # r_f, dr_f: its turn beyond that of the reference, filtered, and the rate of change of that
     r_f: float
     dr_f: float
-    xi: Integrals
-    queue: Array
+    xi: Integrals  # integrals of the position error
+    queue: Array  # the last commands, (2, n + 1), written in place
+    # K, scratch: working memory, shapes (4,) and (20, 15)
     K: Array
     scratch: Array
-    bank: BankState
-    W: Array
+    bank: BankState  # what is learned of the actuators
+    W: Array  # there are no networks
 
 
 class StepTerms(NamedTuple):
@@ -178,12 +160,8 @@ def at_present(y: Motion, lever: float, m: Memory, g: Gains) -> Motion:
 def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
     """The motion at which the later of the present commands arrives at the hull, and what acts just before each of them arrives.
 
-    Args:
-        motion: Of the controlled point, at the time of the measurement.
-        lever: Distance of the pivot ahead of it.
-        n_1, n_2: Periods until commands of force and moment arrive.
-        m: Internal state.
-        g: Constants.
+    `motion`: of the controlled point, at the time of the measurement. `n_1`, `n_2`: periods until commands of force and moment
+    arrive. `lever`: distance of the pivot ahead of that point.
     """
     tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
     before_1, before_2 = tau_1, tau_2
@@ -206,14 +184,8 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
 def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, lever: float, m: Memory, g: Gains) -> Turn:
     """The yaw acceleration of the track.
 
-    Args:
-        t: The track.
-        ship: The motion of her controlled point.
-        of_reference: Yaw rate r_d of the reference, and its rate of change.
-        c_n: Current across her hull.
-        lever: Distance of the pivot ahead of that point.
-        m: Internal state.
-        g: Constants.
+    `ship`: the motion of her controlled point. `of_reference`: yaw rate r_d of the reference, and its rate of change. `lever`:
+    distance of the pivot ahead of that point. `c_n`: current across her hull.
     """
     a, K, q, psi, (r_d, dr_d) = math.exp(float(m.x[LN_A])), m.K, g.q, ship.psi, of_reference
     kappa, v_p = float(m.x[KAPPA]) - a * g.x_d / t.W, ship.v + lever * ship.r
@@ -247,15 +219,9 @@ def step(
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: correct the filter, predict through the dead time, compute track, turn and wrench, predict the next period.
 
-    Args:
-        motion, desired, acceleration: Measured ship, reference, and derivatives of the reference's velocities.
-        m: Internal state; its arrays are written in place.
-        constants: Gains and the models of the actuators.
-        age: How long ago ship and reference were in these states, s; at most LONGEST_AGE counts.
-        heading: Measured heading; that of `motion` by default.
-
-    Returns:
-        The wrench, its terms, and the internal state.
+    `motion`, `desired`, `acceleration`: measured ship, reference, and derivatives of the reference's velocities. `m`: internal
+    state; its arrays are written in place. `age`: how long ago ship and reference were in these states, s; at most LONGEST_AGE
+    counts. `heading`: measured heading; that of `motion` by default.
     """
     g, models = constants
     age, x, V_0 = clip(age, LONGEST_AGE), m.x, g.L / g.T
@@ -315,10 +281,7 @@ def outdated(memory: Memory, constants: Constants) -> bool:
 class GuidedController(KernelLaw[GuidedParameters]):
     """The law with its internal state.
 
-    Args:
-        parameters: Dimensionless numbers.
-        vessel: The known inertia and limits, and what is declared beyond them.
-        period: Control period, s.
+    `vessel`: the known inertia and limits, and what is declared beyond them.
     """
 
     name = "guided"

@@ -32,31 +32,22 @@ from vessel_hsmc_ros.core.kinematics import to_body
 from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.guided.parameters import Gains
 
-U, V, R, FU, FV, FR, LN_A, KAPPA, B, CE, CN = range(11)
-"""Indices of the states."""
-
+U, V, R, FU, FV, FR, LN_A, KAPPA, B, CE, CN = range(11)  # indices of the states
 STATES = 11
 
-GATE = 4.0
-"""Standard deviations at which an innovation is cut."""
-
+GATE = 4.0  # standard deviations at which an innovation is cut
 FOLLOWING, NOISIEST = 2.0, 1e4
 """Time in T in which the variances of the measurements follow the innovations, and their largest multiple of the least."""
 
-LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-3.5, 2.8), (-0.5, 1.6), (0.0, 2.0)
-"""Ranges of ln a, kappa and b."""
+LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-3.5, 2.8), (-0.5, 1.6), (0.0, 2.0)  # ranges of ln a, kappa and b
 
 
 @kernel
 def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> None:
     """Correct the states by a measurement of state i, in place: with s = P[i]/sqrt(P[i, i] + R), P <- P - s·sᵀ.
 
-    Args:
-        x, P: States, shape (11,), and their covariance, shape (11, 11).
-        i: The state.
-        y: Its measured value.
-        variance: R.
-        S: Working memory, shape (20, 15), of which row 8 and the rows from the tenth on are used.
+    `x`, `P`: states, shape (11,), and their covariance, shape (11, 11). `S`: working memory, shape (20, 15), of which row 8 and
+    the rows from the tenth on are used.
     """
     root = math.sqrt(max(float(P[i, i]), 0.0) + variance)
     e = clip(y - float(x[i]), GATE * root) / root
@@ -73,12 +64,7 @@ def measure(x: Array, P: Array, i: int, y: float, variance: float, S: Array) -> 
 def correct(x: Array, P: Array, noise: Array, y: tuple[float, float, float], S: Array, g: Gains) -> None:
     """Correct the states by the measured velocities, in place, and keep a, kappa and b within their ranges.
 
-    Args:
-        x, P: States and covariance.
-        noise: Variances of a measured velocity and yaw rate, R, shape (2,), which follow the innovations.
-        y: Measured u, v, r.
-        S: Working memory.
-        g: Constants.
+    `noise`: variances of a measured velocity and yaw rate, R, shape (2,), which follow the innovations. `y`: measured u, v, r.
     """
     step = g.h / FOLLOWING
     for i in range(3):
@@ -110,12 +96,7 @@ def unforced(u: float, v: float, r: float, psi: float, x: Array, g: Gains) -> tu
 def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g: Gains) -> None:
     """States and covariance one period later, in place; the sway decays exactly, all else by an Euler step.
 
-    Args:
-        x, P: States and covariance.
-        psi: Heading.
-        a_1, a_2: Accelerations by force and moment.
-        S: Working memory, shape (20, 15).
-        g: Constants.
+    `S`: working memory, shape (20, 15).
     """
     h, u, v, r, kappa, b = g.h, float(x[U]), float(x[V]), float(x[R]), float(x[KAPPA]), float(x[B])
     c, s = math.cos(psi), math.sin(psi)
@@ -147,9 +128,7 @@ def predict(x: Array, P: Array, psi: float, a_1: float, a_2: float, S: Array, g:
 def propagate(P: Array, S: Array) -> None:
     """P <- F·P·Fᵀ in place with F = I + G, of which only the rows of u, v and r are not zero: P + G·P + (G·P)ᵀ + G·(G·P)ᵀ.
 
-    Args:
-        P: Covariance.
-        S: Working memory with the elements of G in its fifth row; rows 1 to 3 and 6 to 8 are used.
+    `S`: working memory with the elements of G in its fifth row; rows 1 to 3 and 6 to 8 are used.
     """
     rows, corner = S[0:3, :STATES], S[5:8, :3]
     for k in range(STATES):

@@ -31,51 +31,32 @@ from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.guided.filter import CE, CN, KAPPA
 from vessel_hsmc_ros.guided.parameters import Gains
 
-NEAR = 0.5
-"""Distance in L within which a track is followed rather than its reference pursued."""
-
-STILL = 0.06
-"""Speed of the reference through the water, L/T, at which that distance is half as large."""
-
+NEAR = 0.5  # distance in L within which a track is followed rather than its reference pursued
+STILL = 0.06  # speed of the reference through the water, L/T, at which that distance is half as large
 ASTERN = 0.004
 """Speed astern, L/T, from which a reference that moves astern over ground and through the water is followed astern."""
 
 SLOWEST = 0.011
 """Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
 
-TURNING = 0.05
-"""Yaw rate of a reference at rest, 1/T, at which half of the way to its heading is followed."""
-
-LARGEST_TURN = 2.0
-"""Largest turn that is fed forward, 1/T."""
-
+TURNING = 0.05  # yaw rate of a reference at rest, 1/T, at which half of the way to its heading is followed
+LARGEST_TURN = 2.0  # largest turn that is fed forward, 1/T
 INTEGRAL = 0.03, 0.1
 """Largest integral of the error, L/T, and distance within which it is integrated along and across the reference, L."""
 
-ACROSS = 0.14
-"""Integral gain across the track at most, in terms of the square of the rate at which the regulator approaches it."""
-
+ACROSS = 0.14  # integral gain across the track at most, in terms of the square of the rate at which the regulator approaches it
 OVER_EARTH = 1.4, 0.03
 """Integral gain over the earth in terms of that across the track, and distance at which half of it holds, L."""
 
-LEAN = 0.1
-"""Shortest time constant, in terms of 1/a, in which the drift takes part in a turn."""
-
+LEAN = 0.1  # shortest time constant, in terms of 1/a, in which the drift takes part in a turn
 AT_REST = 0.35
 """Largest rate of the approach to a point at rest, in terms of a/kappa: a ship that comes faster than her drift decays circles it
 for ever."""
 
-STEEPEST = 0.8
-"""Sine of the largest drift angle."""
-
-STATION_SPEED = 0.12
-"""Velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station."""
-
-LEVER = 0.02
-"""Lever arm of station keeping in still water, L."""
-
-SHORT = 0.075
-"""Distance of the pivot ahead of the origin, L, from which station keeping reckons with it."""
+STEEPEST = 0.8  # sine of the largest drift angle
+STATION_SPEED = 0.12  # velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station
+LEVER = 0.02  # lever arm of station keeping in still water, L
+SHORT = 0.075  # distance of the pivot ahead of the origin, L, from which station keeping reckons with it
 
 
 class Integrals(NamedTuple):
@@ -88,28 +69,21 @@ class Integrals(NamedTuple):
 
 
 class Track(NamedTuple):
-    """Speed, course and turn of the track, and what the ship has to do along her hull.
+    """Speed, course and turn of the track, and what the ship has to do along her hull."""
 
-    Attributes:
-        W, chi: Speed and course through the water.
-        growth, dchi: Their rates of change, dW and dchi.
-        way: 1 where the track is to be sailed ahead, -1 astern.
-        e_c: Distance to port of the course of the track.
-        w_t, w_n: Velocity over ground along and across the hull.
-        dw_t: Rate of change of w_t in the axes of the hull.
-        xi: The integrals one period later.
-    """
-
+    # W, chi: speed and course through the water
     W: float
     chi: float
+    # growth, dchi: their rates of change, dW and dchi
     growth: float
     dchi: float
-    way: float
-    e_c: float
+    way: float  # 1 where the track is to be sailed ahead, -1 astern
+    e_c: float  # distance to port of the course of the track
+    # w_t, w_n: velocity over ground along and across the hull
     w_t: float
     w_n: float
-    dw_t: float
-    xi: Integrals
+    dw_t: float  # rate of change of w_t in the axes of the hull
+    xi: Integrals  # the integrals one period later
 
 
 @kernel
@@ -143,14 +117,9 @@ def track(
 ) -> Track:
     """The track of a ship.
 
-    Args:
-        ship: The motion of her controlled point, over ground.
-        goal, acceleration: The reference, and the derivatives of its body velocities.
-        c_E, c_N: Current.
-        xi: Integrals of the error.
-        slope: Angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
-        settling: Rate at which the drift of her turns decays, a/kappa.
-        g: Constants.
+    `ship`: the motion of her controlled point, over ground. `goal`, `acceleration`: the reference, and the derivatives of its
+    body velocities. `slope`: angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
+    `settling`: rate at which the drift of her turns decays, a/kappa.
     """
     e_x, e_y = ship.x - goal.x, ship.y - goal.y
     distance = magnitude(e_x, e_y)
@@ -196,18 +165,10 @@ def integrated(
 ) -> Integrals:
     """The integrals one period later.
 
-    In a turn, what is constant over the earth, such as an error of the current, turns through the axes of the reference, where an
-    integral cannot follow it: so there is one over the earth as well. On a straight track both would be the same, so it rests
-    there, and what no turn shows returns to zero at the rate w_0. Far away no integral grows, but each is unloaded: one that
-    stood still there would keep the ship away for ever.
-
-    Args:
-        xi: The integrals.
-        e_x, e_y: Position error.
-        psi: Heading of the reference.
-        along, across: Integral gains.
-        turning: Share in which the reference turns, from 0 to 1.
-        g: Constants.
+    In a turn, what is constant over the earth, such as an error of the current, turns through the axes of the reference, where
+    an integral cannot follow it: so there is one over the earth as well. On a straight track both would be the same, so it
+    rests there, and what no turn shows returns to zero at the rate w_0. Far away no integral grows, but each is unloaded: one
+    that stood still there would keep the ship away for ever. `turning`: share in which the reference turns, from 0 to 1.
     """
     square = e_x * e_x + e_y * e_y
     near = square / (OVER_EARTH[1] * OVER_EARTH[1])
@@ -241,17 +202,11 @@ def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: 
 def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains) -> tuple[float, float]:
     """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which she does.
 
-    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts:
-    r = (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
-    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first.
-
-    Args:
-        t: The track.
-        v_p: Sway velocity of the pivot, over ground.
-        a: Decay rate of the sway.
-        lever: Distance x of the pivot ahead of the controlled point.
-        x: States of the filter.
-        g: Constants.
+    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts: r =
+    (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
+    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first. `v_p`: sway
+    velocity of the pivot, over ground. `a`: decay rate of the sway. `lever`: distance x of the pivot ahead of the controlled
+    point.
     """
     square = (t.w_t * t.w_t + t.w_n * t.w_n) / (STATION_SPEED * STATION_SPEED)
     short = SHORT * SHORT / (g.x_p * g.x_p)

@@ -35,28 +35,16 @@ RISE, RISING, FALLING = 0.1, 1.2, 0.5
 """Share of T_f in the stretch q, T_f in q·T at which braking curves use half of turn_share, and share of T_f in which the moment
 is to fall to zero: with all of it turns would be slower than they have to be where T_f is only assumed."""
 
-ASSUMED_FULL = 2.0
-"""T_f in T where not all of the actuators is declared, for braking curves alone."""
-
-POSE_FILTER = 6.9, 13.8
-"""Bandwidths of the correction of position and heading, 1/T."""
-
-FROUDE = 0.06
-"""Speed of the reference, as a Froude number, at which half of the way from the origin to the pivot is controlled."""
-
-TURN_FILTER = 16.0
-"""Bandwidth of the turns that are fed forward, 1/T."""
-
+ASSUMED_FULL = 2.0  # T_f in T where not all of the actuators is declared, for braking curves alone
+POSE_FILTER = 6.9, 13.8  # bandwidths of the correction of position and heading, 1/T
+FROUDE = 0.06  # speed of the reference, as a Froude number, at which half of the way from the origin to the pivot is controlled
+TURN_FILTER = 16.0  # bandwidth of the turns that are fed forward, 1/T
 LOOSE, FAR_AHEAD = 2.0, 0.1
 """Factor by which the loops are looser where not all of the actuators is declared, or the pivot, about which turns move the
 origin, is so far ahead of it, L."""
 
-IDENTIFIED = 0.5
-"""Doubt about identified actuators: they are those of the nearest model of a bank, and found by turns alone."""
-
-FIRST_DOUBT = 0.05, 0.02, 0.1
-"""Standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²."""
-
+IDENTIFIED = 0.5  # doubt about identified actuators: they are those of the nearest model of a bank, and found by turns alone
+FIRST_DOUBT = 0.05, 0.02, 0.1  # standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²
 FIRST_SHARE = 0.3
 """Share of the standard deviations of what lasts, at the start: an observer that has just begun gives wrong velocities."""
 
@@ -64,8 +52,7 @@ CENTRE, PIVOT_DOUBT = 0.5, 1.5
 """Distance of the centre of lateral damping behind the pivot in terms of x_p: half of it is midway between pivot and origin; and
 what the doubt of that adds to the standard deviation of kappa, per x_p in L."""
 
-RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3
-"""Standard deviations of kappa, and of the logarithm of a declared decay of the sway."""
+RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3  # standard deviations of kappa, and of the logarithm of a declared decay of the sway
 
 
 def number(default: float, description: str, unit: str, symbol: str, high: float = 100.0) -> float:
@@ -108,58 +95,49 @@ class GuidedParameters:
 
 
 class Gains(NamedTuple):
-    """The constants of the law; all but L, T, force and moment in its units.
+    """The constants of the law; all but L, T, force and moment in its units."""
 
-    Attributes:
-        L, T: The units, m and s.
-        force, moment: The units of force and moment, N and N·m.
-        h: Control period.
-        x_p, x_d, U_s: Distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
-            behind the pivot; speed at which half of it is controlled.
-        k_p, v_max, a_p, k_i, k_u, theta: Of the guidance, with q.
-        a_max, r_max, a_r: Of the braking curves of heading and yaw rate.
-        q: Stretch of the regulator's unit of time.
-        m: m22/m11.
-        R_u, R_r: Variances of a measured velocity and yaw rate.
-        Q, P_0, x_0: Growth of the variances per time, variances and states at the start, shape (11,).
-        w_0: Rate of return to x_0.
-        z_p, z_h: Poles of the correction of position and heading.
-        step_f: Step of the filter of the turns that are fed forward.
-        surge, yaw: The actuators.
-        table: Gains of the regulator.
-    """
-
+    # L, T: the units, m and s
     L: float
     T: float
+    # force, moment: the units of force and moment, N and N·m
     force: float
     moment: float
-    h: float
+    h: float  # control period
+    # x_p, x_d, U_s: distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
+    # behind the pivot; speed at which half of it is controlled
     x_p: float
     x_d: float
     U_s: float
+    # k_p, v_max, a_p, k_i, k_u, theta: of the guidance, with q
     k_p: float
     v_max: float
     a_p: float
     k_i: float
     k_u: float
     theta: float
+    # a_max, r_max, a_r: of the braking curves of heading and yaw rate
     a_max: float
     r_max: float
     a_r: float
-    q: float
-    m: float
+    q: float  # stretch of the regulator's unit of time
+    m: float  # m22/m11
+    # R_u, R_r: variances of a measured velocity and yaw rate
     R_u: float
     R_r: float
+    # Q, P_0, x_0: growth of the variances per time, variances and states at the start, shape (11,)
     Q: Array
     P_0: Array
     x_0: Array
-    w_0: float
+    w_0: float  # rate of return to x_0
+    # z_p, z_h: poles of the correction of position and heading
     z_p: float
     z_h: float
-    step_f: float
+    step_f: float  # step of the filter of the turns that are fed forward
+    # surge, yaw: the actuators
     surge: Channel
     yaw: Channel
-    table: Array
+    table: Array  # gains of the regulator
 
 
 def gains(p: GuidedParameters, vessel: KnownVessel, period: float, identified: bool = False) -> Gains:

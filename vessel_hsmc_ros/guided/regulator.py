@@ -27,11 +27,8 @@ from vessel_hsmc_ros.core.limits import between
 
 SPEEDS = 0.08, 0.12, 0.18, 0.27, 0.4, 0.6, 0.9, 1.35, 2.0
 DECAYS = 0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8
-RATIOS = -2.0, -1.0, -0.4, 0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.1, 1.2, 1.35, 1.6
-"""The grid of W, a and kappa."""
-
-LARGEST_HEADING_GAIN = 20.0
-"""Largest K_psi, 1/T²: a faster loop answers to the unmodelled more than to its errors."""
+RATIOS = -2.0, -1.0, -0.4, 0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.1, 1.2, 1.35, 1.6  # the grid of W, a and kappa
+LARGEST_HEADING_GAIN = 20.0  # largest K_psi, 1/T²: a faster loop answers to the unmodelled more than to its errors
 
 
 def regulator(W: ArrayLike, a: ArrayLike, kappa: ArrayLike, e_0: ArrayLike, r_0: float) -> Array:

@@ -37,79 +37,48 @@ from vessel_hsmc_ros.law.inputs import dynamics, unit_time
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
 LAGS, DEAD_TIMES = (0.0, 0.06, 0.15, 0.3, 0.6), (0.0, 0.06, 0.14, 0.25, 0.4)
-TIMES_TO_FULL = 0.0, 0.3, 0.7, 1.2, 1.8, 2.6
-"""The models of the bank, in units of T."""
-
-INTERVAL = 0.05
-"""h in units of T."""
-
-BAND = 0.5, 4.0
-"""Lower and upper corner of the band-pass filter, in 1/T: below, disturbances turn the ship; above, noise does."""
-
-MEMORY, FIRST = 15.0, 7.0
-"""theta, and the time before the first decision, in units of T."""
-
-QUIET = 0.006
-"""Root mean square of x_i in 1/T², the yaw acceleration by the full moment, below which nothing is decided."""
-
+TIMES_TO_FULL = 0.0, 0.3, 0.7, 1.2, 1.8, 2.6  # the models of the bank, in units of T
+INTERVAL = 0.05  # h in units of T
+BAND = 0.5, 4.0  # lower and upper corner of the band-pass filter, in 1/T: below, disturbances turn the ship; above, noise does
+MEMORY, FIRST = 15.0, 7.0  # theta, and the time before the first decision, in units of T
+QUIET = 0.006  # root mean square of x_i in 1/T², the yaw acceleration by the full moment, below which nothing is decided
 BETTER, WRONG, RIGHT = 0.7, 0.02, 0.4
 """Another model is taken if its J is below BETTER of the present one's, the present one's is above WRONG of the mean square of y,
 and its own below RIGHT of that."""
 
-TRUSTED = 0.5, 0.03, 0.2
-"""The same where lag, rate and dead time of both inputs are declared."""
-
-INERTIA, DAMPING = (0.6, 1.6), 3.0
-"""Range of b, and largest d in 1/T."""
+TRUSTED = 0.5, 0.03, 0.2  # the same where lag, rate and dead time of both inputs are declared
+INERTIA, DAMPING = (0.6, 1.6), 3.0  # range of b, and largest d in 1/T
 
 
 class Bank(NamedTuple):
-    """The models and the constants of the identification.
+    """The models and the constants of the identification."""
 
-    Attributes:
-        share: Share of the way to a command that model i goes in an interval, (n,).
-        change: Its largest change in an interval, rad/s², (n,).
-        late: Its dead time in intervals, (n,).
-        instant: Whether it follows a command at once, (n,).
-        every: Control periods in an interval.
-        h: Length of an interval, s.
-        low, high, forgotten: Steps of the filters in an interval, 1 - exp(-w·h).
-        unit: T, s.
-        inertia: Declared yaw inertia, kg·m².
-        better, wrong, right: When another model is taken.
-        used: The model that the gains of the law are for; 0 is what is declared.
-    """
-
-    share: Array
-    change: Array
-    late: Array
-    instant: Array
-    every: int
-    h: float
+    share: Array  # share of the way to a command that model i goes in an interval, (n,)
+    change: Array  # its largest change in an interval, rad/s², (n,)
+    late: Array  # its dead time in intervals, (n,)
+    instant: Array  # whether it follows a command at once, (n,)
+    every: int  # control periods in an interval
+    h: float  # length of an interval, s
+    # low, high, forgotten: steps of the filters in an interval, 1 - exp(-w·h)
     low: float
     high: float
     forgotten: float
-    unit: float
-    inertia: float
+    unit: float  # T, s
+    inertia: float  # declared yaw inertia, kg·m²
+    # better, wrong, right: when another model is taken
     better: float
     wrong: float
     right: float
-    used: int
+    used: int  # the model that the gains of the law are for; 0 is what is declared
 
 
 class BankState(NamedTuple):
-    """What the identification keeps, written in place.
+    """What the identification keeps, written in place."""
 
-    Attributes:
-        models: a, the last mean of a, three states of the filter, and the means of x², x·y, x·z of each model, (n, 8).
-        measured: Three states of the filter of y and of z, and the means of y², z², y·z, (3, 3).
-        commands: The last mean commands divided by the inertia, the newest at `place`, (k,).
-        numbers: Last heading, last change of it, sum of commands, control periods, intervals, `place`, best model, shape (7,).
-    """
-
-    models: Array
-    measured: Array
-    commands: Array
+    models: Array  # a, the last mean of a, three states of the filter, and the means of x², x·y, x·z of each model, (n, 8)
+    measured: Array  # three states of the filter of y and of z, and the means of y², z², y·z, (3, 3)
+    commands: Array  # the last mean commands divided by the inertia, the newest at `place`, (k,)
+    # last heading, last change of it, sum of commands, control periods, intervals, `place`, best model, shape (7,)
     numbers: Array
 
 
@@ -141,12 +110,7 @@ def described(vessel: KnownVessel) -> str:
 
 
 def bank(vessel: KnownVessel, period: float) -> Bank:
-    """The bank of a vessel, of which the declared model is used.
-
-    Args:
-        vessel: What is declared.
-        period: Control period, s.
-    """
+    """The bank of a vessel, of which the declared model is used."""
     T = unit_time(vessel)
     every = max(1, round(INTERVAL * T / period))
     inputs = dynamics(vessel)
@@ -186,12 +150,7 @@ def first_state(c: Bank, longest_age: float) -> BankState:
 def identify(m: BankState, c: Bank, psi: float, age: float, command: float) -> None:
     """Go on by a control period, in place.
 
-    Args:
-        m: State.
-        c: Constants.
-        psi: Measured heading.
-        age: How long ago it was so, s.
-        command: The yaw moment that is commanded from now on, N·m.
+    `psi`: measured heading. `age`: how long ago it was so, s. `command`: the yaw moment that is commanded from now on, N·m.
     """
     n = m.numbers
     if int(n[PERIODS]) % c.every == 0:
@@ -236,12 +195,7 @@ def _interval(m: BankState, c: Bank, psi: float, age: float) -> None:
 def _advance(row: Array, arriving: float, share: float, change: float, instant: bool, y: float, z: float, c: Bank) -> None:
     """Advance a model by an interval.
 
-    Args:
-        row: Of the model, in place.
-        arriving: The command that arrives, divided by the inertia.
-        share, change, instant: How the model follows it.
-        y, z: What is measured.
-        c: Constants.
+    `row`: of the model, in place. `arriving`: the command that arrives, divided by the inertia.
     """
     before = row.tolist()
     last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
@@ -258,11 +212,7 @@ def _advance(row: Array, arriving: float, share: float, change: float, instant: 
 def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
     """The band-pass filter: two lags, and a high-pass.
 
-    Args:
-        row: Array with its states, in place.
-        first: Column of the first one.
-        value: What is filtered.
-        c: Constants.
+    `row`: array with its states, in place.
     """
     states = row.tolist()
     one = states[first] + c.low * (value - states[first])
@@ -276,10 +226,7 @@ def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
 def unexplained(row: Array, measured: Array, unit: float) -> float:
     """J of a model with its best b and d.
 
-    Args:
-        row: Of the model.
-        measured: Means of y², z², y·z.
-        unit: T, s.
+    `row`: of the model. `measured`: means of y², z², y·z. `unit`: T, s.
     """
     means, products = measured.tolist(), row.tolist()
     yy, zz, yz = means[0], means[1], means[2]

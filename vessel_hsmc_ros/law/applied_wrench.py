@@ -26,32 +26,20 @@ LARGEST_CHANGE = 1e30
 
 
 class Channel(NamedTuple):
-    """The known dynamics of one input in discrete time.
+    """The known dynamics of one input in discrete time."""
 
-    Attributes:
-        limit: Largest magnitude.
-        share: 1 - exp(-T/T_l), the share of a step that is completed in a period.
-        boost: (1 - exp(-T/T_f))/(1 - exp(-T/T_l)), at least 1.
-        change: Largest change in a period.
-        delay: Dead time in periods, n.
-    """
-
-    limit: float
-    share: float
-    boost: float
-    change: float
-    delay: int
+    limit: float  # largest magnitude
+    share: float  # 1 - exp(-T/T_l), the share of a step that is completed in a period
+    boost: float  # (1 - exp(-T/T_f))/(1 - exp(-T/T_l)), at least 1
+    change: float  # largest change in a period
+    delay: int  # dead time in periods, n
 
 
 def channel(limit: float, lag: float, remaining: float, rate: float, dead_time: float, period: float) -> Channel:
     """The constants of an input.
 
-    Args:
-        limit: Largest magnitude.
-        lag, remaining: T_l and T_f <= T_l, s.
-        rate: Largest rate of change, per second; infinite for none.
-        dead_time: Dead time, s, which is rounded to whole periods.
-        period: T, s.
+    `lag`, `remaining`: T_l and T_f <= T_l, s. `rate`: largest rate of change, per second; infinite for none. `dead_time`: dead
+    time, s, which is rounded to whole periods. `period`: T, s.
     """
     share, fast = (1.0 if constant == 0.0 else -math.expm1(-period / constant) for constant in (lag, remaining))
     return Channel(limit, share, fast / share, min(rate * period, LARGEST_CHANGE), round(dead_time / period))
@@ -77,11 +65,8 @@ def applied(tau: float, command: float, c: Channel) -> float:
 def arriving(queue: Array, row: int, head: int, age: int) -> float:
     """The command of a number of periods ago.
 
-    Args:
-        queue: The last commands, a row for each input, shape (2, n + 1).
-        row: The input.
-        head: Column of the present period.
-        age: Number of periods, at most n.
+    `queue`: the last commands, a row for each input, shape (2, n + 1). `head`: column of the present period. `age`: number of
+    periods, at most n.
     """
     column = head - age
     return float(queue[row, column if column >= 0 else column + queue.shape[1]])

@@ -15,8 +15,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.terms import Terms
 
-KINDS = tuple(type(value) for value in Terms())
-"""The types of the terms, as the messages require them."""
+KINDS = tuple(type(value) for value in Terms())  # the types of the terms, as the messages require them
 
 
 def guarded_step(
@@ -24,18 +23,10 @@ def guarded_step(
 ) -> tuple[tuple[float, float], Terms]:
     """Call `step` of a law and check what it returns.
 
-    Args:
-        law: The law.
-        motion, desired, acceleration: As for `Law.step`.
-        age: How long ago ship and reference were in these states, s, for a law that takes it.
-        heading: Measured heading, for a law that takes it.
-
-    Returns:
-        The wrench and the terms, in plain floats.
-
-    Raises:
-        ControlError: the law is undefined for this input, or its wrench is not finite.
-        LawError: the law raised another exception, or returned something else than a wrench and terms.
+    `age`: how long ago ship and reference were in these states, s, for a law that takes it. `heading`: measured heading, for a
+    law that takes it. Returns the wrench and the terms, in plain floats. Raises ControlError if the law is undefined for this
+    input, or its wrench is not finite; LawError if the law raised another exception, or returned something else than a wrench
+    and terms.
     """
     try:
         aged = (age, heading) if law.takes_heading else (age,) if law.takes_age else ()
@@ -88,11 +79,7 @@ def described(law: type[Law[Any]] | Law[Any], error: Exception) -> str:
 
 
 def _plain(terms: Terms) -> Terms:
-    """Terms with NumPy's scalars and lists of weights converted.
-
-    Raises:
-        TypeError, ValueError: these are not terms.
-    """
+    """Terms with NumPy's scalars and lists of weights converted. Raises TypeError, ValueError if these are not terms."""
     if not isinstance(terms, Terms):
         raise TypeError
     converters: dict[Any, Any] = {float: float, bool: bool, np.ndarray: _array}

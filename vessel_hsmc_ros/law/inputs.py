@@ -13,39 +13,26 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 
-ASSUMED_LAG = 0.22
-"""The lag in the model of inputs of which nothing is declared, in units of T."""
+ASSUMED_LAG = 0.22  # the lag in the model of inputs of which nothing is declared, in units of T
 
 
 class Input(NamedTuple):
-    """What the law takes an input for.
+    """What the law takes an input for."""
 
-    Attributes:
-        lag: T_l, s.
-        remaining: T_r, s.
-        rate: Largest rate of change, N/s or N·m/s, or infinity.
-        dead_time: T_d, s.
-        full: T_f, s.
-    """
-
-    lag: float
-    remaining: float
-    rate: float
-    dead_time: float
-    full: float
+    lag: float  # T_l, s
+    remaining: float  # T_r, s
+    rate: float  # largest rate of change, N/s or N·m/s, or infinity
+    dead_time: float  # T_d, s
+    full: float  # T_f, s
 
 
 class Dynamics(NamedTuple):
-    """The dynamics of the two inputs.
+    """The dynamics of the two inputs."""
 
-    Attributes:
-        surge, yaw: Of surge force and yaw moment.
-        declared: Whether lag, rate and dead time of both inputs are.
-    """
-
+    # surge, yaw: of surge force and yaw moment
     surge: Input
     yaw: Input
-    declared: bool
+    declared: bool  # whether lag, rate and dead time of both inputs are
 
 
 def unit_time(vessel: KnownVessel) -> float:
@@ -68,11 +55,8 @@ def dynamics(vessel: KnownVessel) -> Dynamics:
 def _input(lag: float, rate: float, dead_time: float, limit: float, assumed: float, T: float) -> Input:
     """What the law takes an input for.
 
-    Args:
-        lag, rate, dead_time: As declared, negative where they are not.
-        limit: Largest magnitude.
-        assumed: Lag where it is not declared, s.
-        T: Unit of time, s.
+    `lag`, `rate`, `dead_time`: as declared, negative where they are not. `assumed`: lag where it is not declared, s. `T`: unit
+    of time, s.
     """
     if lag < 0.0:
         # A lag that is not known is not led against: what is missing may be a dead time, and lead against that oscillates.

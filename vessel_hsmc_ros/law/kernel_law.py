@@ -14,9 +14,7 @@ from vessel_hsmc_ros.law.law import Law, Parameters
 from vessel_hsmc_ros.law.network import NetworkParameters
 from vessel_hsmc_ros.law.terms import Terms
 
-NO_NETWORKS = np.empty((0, 0))
-"""The weights of a law without networks."""
-
+NO_NETWORKS = np.empty((0, 0))  # the weights of a law without networks
 FLAGS = tuple(name for name, default in Terms._field_defaults.items() if default is False)
 """The terms that are booleans, the last fields of `Terms`; a kernel returns 0.0 or 1.0."""
 
@@ -43,22 +41,15 @@ class KernelLaw(Law[Parameters]):
     step, and a method `renew`, which then sets other constants of the same types, before the next step.
 
     A subclass defines the class attributes, a `retune` that sets `constants`, and a `reset` that sets `memory`.
-
-    Attributes:
-        kernel: The function, as a staticmethod.
-        outdated: Whether the constants do not fit the memory any more, as a staticmethod.
-        terms: The class of its terms.
-        networks: What the rows of W approximate: "surge", "sway" or "yaw".
-        constants: Gains and all else that does not change from step to step.
-        memory: Internal state; its arrays are written in place.
     """
 
-    kernel: ClassVar[Callable[..., Any]]
+    kernel: ClassVar[Callable[..., Any]]  # the function, as a staticmethod
+    # whether the constants do not fit the memory any more, as a staticmethod
     outdated: ClassVar[Callable[..., bool]] = staticmethod(up_to_date)
-    terms: ClassVar[type[Any]]
-    networks: ClassVar[tuple[str, ...]] = ()
-    constants: Any
-    memory: Any
+    terms: ClassVar[type[Any]]  # the class of its terms
+    networks: ClassVar[tuple[str, ...]] = ()  # what the rows of W approximate: "surge", "sway" or "yaw"
+    constants: Any  # gains and all else that does not change from step to step
+    memory: Any  # internal state; its arrays are written in place
 
     _absent: ClassVar[tuple[Any, ...]]
     _in_order: ClassVar[Callable[[tuple[Any, ...]], tuple[Any, ...]]]
@@ -74,11 +65,7 @@ class KernelLaw(Law[Parameters]):
             cls._has_flags = not set(FLAGS).isdisjoint(given)
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration, *age: float) -> tuple[tuple[float, float], Terms]:
-        """Call the kernel and keep its memory; see `Law.step`.
-
-        Raises:
-            ControlError: the law is undefined for this input.
-        """
+        """Call the kernel and keep its memory; see `Law.step`. Raises ControlError if the law is undefined for this input."""
         wrench, terms, memory = self.kernel(motion, desired, acceleration, self.memory, self.constants, *age)
         if math.isnan(wrench[0]):
             self.explain_undefined(motion)
@@ -94,8 +81,7 @@ class KernelLaw(Law[Parameters]):
     def explain_undefined(self, motion: Motion) -> None:
         """Raise the error that explains a wrench of NaN at a motion of the ship; by default there is no explanation.
 
-        Raises:
-            ControlError: the law is undefined for this motion.
+        Raises ControlError if the law is undefined for this motion.
         """
 
     @classmethod
@@ -121,11 +107,6 @@ NetworkLawParameters = TypeVar("NetworkLawParameters", bound=WithNetwork)
 
 class AdaptiveLaw(KernelLaw[NetworkLawParameters]):
     """A kernel law with networks whose neurons are fixed at construction; only their weights change.
-
-    Args:
-        parameters: Gains and network.
-        vessel: What the law knows of the ship.
-        period: Control period, s.
 
     Attributes:
         neurons: The neurons that all networks share.

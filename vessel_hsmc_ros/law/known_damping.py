@@ -72,9 +72,7 @@ def known_ship(vessel: KnownVessel, model: KnownDamping) -> Ship:
 def drag(velocity: float, linear: float, quadratic: float, cubic: float) -> float:
     """The damping force d·v + d2·|v|·v + d3·v³.
 
-    Args:
-        velocity: Surge, sway or yaw velocity.
-        linear, quadratic, cubic: Its coefficients.
+    `velocity`: surge, sway or yaw velocity.
     """
     return velocity * (linear + quadratic * abs(velocity) + cubic * velocity * velocity)
 
@@ -89,14 +87,8 @@ def drag_slope(velocity: float, linear: float, quadratic: float, cubic: float) -
 def free_acceleration(motion: Motion, s: Ship) -> Acceleration:
     """The acceleration without actuators and disturbance, from (6).
 
-    f_u = (m22·v·r - D_u(u))/m11, f_v = (-m11·u·r - D_v(v))/m22, f_r = ((m11 - m22)·u·v - D_r(r))/m33.
-
-    Args:
-        motion: State of the ship.
-        s: The known ship.
-
-    Returns:
-        f_u [m/s²], f_v [m/s²], f_r [rad/s²].
+    f_u = (m22·v·r - D_u(u))/m11, f_v = (-m11·u·r - D_v(v))/m22, f_r = ((m11 - m22)·u·v - D_r(r))/m33. Returns f_u [m/s²], f_v
+    [m/s²], f_r [rad/s²].
     """
     u, v, r = motion.u, motion.v, motion.r
     return Acceleration(
@@ -123,12 +115,7 @@ class PointMotion(NamedTuple):
 
 @kernel
 def rotated(x: float, y: float, angle: float) -> Vector:
-    """Rotate a vector counter-clockwise: body-fixed to earth-fixed by the heading, back by its negative.
-
-    Args:
-        x, y: Components.
-        angle: Angle of the rotation.
-    """
+    """Rotate a vector counter-clockwise: body-fixed to earth-fixed by the heading, back by its negative."""
     c, s = math.cos(angle), math.sin(angle)
     return Vector(c * x - s * y, s * x + c * y)
 
@@ -137,15 +124,9 @@ def rotated(x: float, y: float, angle: float) -> Vector:
 def point_ahead(motion: Motion, acceleration: Acceleration, distance: float) -> PointMotion:
     """The motion of the point a distance l ahead of the origin.
 
-    h = p + R·(l, 0), dh = R·(u, v + l·r), ddh = R·(du - r·(v + l·r), dv + l·dr + r·u).
-
-    Args:
-        motion: State of the ship.
-        acceleration: Derivatives of its body velocities.
-        distance: Distance l of the point ahead of the origin, m.
-
-    Returns:
-        Position, velocity and acceleration, earth-fixed.
+    h = p + R·(l, 0), dh = R·(u, v + l·r), ddh = R·(du - r·(v + l·r), dv + l·dr + r·u). `acceleration`: derivatives of its body
+    velocities. `distance`: distance l of the point ahead of the origin, m. Returns position, velocity and acceleration,
+    earth-fixed.
     """
     ahead = rotated(distance, 0.0, motion.psi)
     sideways = motion.v + distance * motion.r
@@ -163,10 +144,7 @@ def jerk(motion: Motion, acceleration: Acceleration) -> Vector:
     """The third derivative of a ship's position, earth-fixed, with the second derivatives of its velocities taken as zero.
 
     dddp = R·(-dr·v - r·dv - r·a_y, dr·u + r·du + r·a_x) with the body-fixed acceleration a = (du - r·v, dv + r·u).
-
-    Args:
-        motion: State of the ship.
-        acceleration: Derivatives of its body velocities.
+    `acceleration`: derivatives of its body velocities.
     """
     u, v, r = motion.u, motion.v, motion.r
     du, dv, dr = acceleration

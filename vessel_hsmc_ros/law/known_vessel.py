@@ -34,8 +34,7 @@ def coupling(description: str) -> float:
     return parameter(0.0, description, unit="kg·m", low=-1e15, high=1e15)
 
 
-NOT_DECLARED = -1.0
-"""The value of what is not known of an actuator: laws then count it as slow, not as instantaneous."""
+NOT_DECLARED = -1.0  # the value of what is not known of an actuator: laws then count it as slow, not as instantaneous
 
 
 INSTANT: dict[str, Any] = {
@@ -118,8 +117,7 @@ class KnownVessel(NamedVessel):
     def percussion_point(self) -> float:
         """The distance x_p of the centre of percussion ahead of the origin, m.
 
-        Raises:
-            ParameterError: the inertia matrix is not positive, or the sway force turns the ship against the yaw moment.
+        Raises ParameterError if the inertia matrix is not positive, or the sway force turns the ship against the yaw moment.
         """
         m22, m33, m23, e = self.sway_inertia, self.yaw_inertia, self.sway_yaw_inertia, self.sway_force_per_yaw_moment
         m32 = self.yaw_sway_inertia or m23
@@ -139,8 +137,7 @@ class KnownVessel(NamedVessel):
     def controlled(self) -> float:
         """The distance of the controlled point ahead of the origin, m: x_p, or 0 for the origin.
 
-        Raises:
-            ParameterError: as `percussion_point`.
+        Raises ParameterError as `percussion_point`.
         """
         x_p = self.percussion_point
         # One behind the origin is no better: then the moment accelerates the origin to the side to which the ship turns.
@@ -150,8 +147,7 @@ class KnownVessel(NamedVessel):
     def as_controlled(self) -> "ControlledVessel":
         """The same vessel as a law knows it: its yaw inertia is m_p; uncoupled where the centre of percussion is controlled.
 
-        Raises:
-            ParameterError: as `percussion_point`.
+        Raises ParameterError as `percussion_point`.
         """
         x_p, m32 = self.percussion_point, self.yaw_sway_inertia or self.sway_yaw_inertia
         known = {**vars(self), "yaw_inertia": self.yaw_inertia - x_p * m32}
@@ -162,10 +158,6 @@ class KnownVessel(NamedVessel):
 
 @dataclass(frozen=True)
 class ControlledVessel(KnownVessel):
-    """A vessel as a law knows it at the point that it controls.
+    """A vessel as a law knows it at the point that it controls."""
 
-    Attributes:
-        ahead: Distance of that point ahead of the origin, m.
-    """
-
-    ahead: float = 0.0
+    ahead: float = 0.0  # distance of that point ahead of the origin, m

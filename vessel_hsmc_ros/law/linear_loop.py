@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
 
-FREQUENCIES = 500
-"""Number of frequencies, on a logarithmic grid up to half the control rate."""
+FREQUENCIES = 500  # number of frequencies, on a logarithmic grid up to half the control rate
 
 
 UNDRIVEN = 1e-7
@@ -26,21 +25,13 @@ UNDRIVEN = 1e-7
 
 
 class Margins(NamedTuple):
-    """What a loop tolerates before it becomes unstable.
+    """What a loop tolerates before it becomes unstable."""
 
-    Attributes:
-        stable: Whether the closed loop is stable; otherwise the rest has no meaning.
-        gain_db: Smallest factor on the gain, upwards or downwards, dB.
-        phase_deg: Smallest phase lag or lead, degrees.
-        delay: Smallest additional delay, s.
-        crossover: Largest frequency at which the loop has the gain 1, rad/s.
-    """
-
-    stable: bool
-    gain_db: float
-    phase_deg: float
-    delay: float
-    crossover: float
+    stable: bool  # whether the closed loop is stable; otherwise the rest has no meaning
+    gain_db: float  # smallest factor on the gain, upwards or downwards, dB
+    phase_deg: float  # smallest phase lag or lead, degrees
+    delay: float  # smallest additional delay, s
+    crossover: float  # largest frequency at which the loop has the gain 1, rad/s
 
 
 class System(NamedTuple):

@@ -23,8 +23,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.schema import parameter
 
-LONGEST_LOOP = 32
-"""Longer sums are folded before they are added up one by one."""
+LONGEST_LOOP = 32  # longer sums are folded before they are added up one by one
 
 
 class Estimates(NamedTuple):
@@ -36,19 +35,12 @@ class Estimates(NamedTuple):
 
 
 class Neurons(NamedTuple):
-    """The neurons of a network.
+    """The neurons of a network."""
 
-    Attributes:
-        mu: Centres, shape (l, 3).
-        delta: Width.
-        as_printed: Whether (3) is evaluated as printed.
-        axis: Centres of a grid on each of its axes, shape (k,) with l = k³; empty for centres that are listed.
-    """
-
-    mu: Array
-    delta: float
-    as_printed: bool
-    axis: Array
+    mu: Array  # centres, shape (l, 3)
+    delta: float  # width
+    as_printed: bool  # whether (3) is evaluated as printed
+    axis: Array  # centres of a grid on each of its axes, shape (k,) with l = k³; empty for centres that are listed
 
 
 @dataclass(frozen=True)
@@ -77,8 +69,7 @@ class NetworkParameters:
     def neurons(self) -> Neurons:
         """Centres, width and form of the basis function.
 
-        Raises:
-            ParameterError: the number of listed centres is not a positive multiple of three.
+        Raises ParameterError if the number of listed centres is not a positive multiple of three.
         """
         as_printed = self.basis == "as_printed"
         # Only the Gaussian of a squared distance is the product of Gaussians of its axes.
@@ -88,8 +79,7 @@ class NetworkParameters:
     def centers(self) -> Array:
         """All centres, shape (l, 3); on the grid l = centers_per_axis³.
 
-        Raises:
-            ParameterError: the number of listed centres is not a positive multiple of three.
+        Raises ParameterError if the number of listed centres is not a positive multiple of three.
         """
         if self.layout == "listed":
             return self._listed()
@@ -116,14 +106,8 @@ class NetworkParameters:
 def activations(Z: Array, mu: Array, delta: float, as_printed: bool = False) -> Array:
     """H(Z) of (2) with the Gaussians h_i = exp(-|Z - mu_i|² / (2·delta²)) of (3).
 
-    Args:
-        Z: Input, shape (3,).
-        mu: Centres, shape (l, 3).
-        delta: Width, above 0.
-        as_printed: Evaluate the printed h_i = exp(-|Z - mu_i| / (2·delta²)) instead.
-
-    Returns:
-        Activations in (0, 1], shape (l,).
+    `Z`: input, shape (3,). `mu`: centres, shape (l, 3). `delta`: width, above 0. `as_printed`: evaluate the printed h_i =
+    exp(-|Z - mu_i| / (2·delta²)) instead. Returns activations in (0, 1], shape (l,).
     """
     H = np.empty(len(mu))
     activate(float(Z[0]), float(Z[1]), float(Z[2]), Neurons(mu, delta, as_printed, np.empty(0)), H)
@@ -180,13 +164,8 @@ def output(W: Array, H: Array, scratch: Array) -> float:
 def outputs(W: Array, H: Array, scratch: Array) -> Estimates:
     """The outputs (1) of three networks that share their neurons.
 
-    Args:
-        W: Weights, shape (3, l).
-        H: Activations, shape (l,).
-        scratch: An array to work in, shape (3, l).
-
-    Returns:
-        The outputs, in the order of the rows of W.
+    `W`: weights, shape (3, l). `H`: activations, shape (l,). `scratch`: an array to work in, shape (3, l). Returns the outputs,
+    in the order of the rows of W.
     """
     multiply(W, H, scratch)
     sums = scratch[:, : _fold(scratch)]
@@ -214,10 +193,7 @@ def _fold(rows: Array) -> int:
 def adapt(W: Array, growth: Array, H: Array, scratch: Array) -> None:
     """One step of the adaptation of k networks that share their neurons, in place: W += growth·Hᵀ.
 
-    Args:
-        W: Weights, shape (k, l).
-        growth: Change of the weights of each network for a fully active neuron, shape (k, 1).
-        H: Activations, shape (l,).
-        scratch: An array to work in, shape (k, l).
+    `W`: weights, shape (k, l). `growth`: change of the weights of each network for a fully active neuron, shape (k, 1). `H`:
+    activations, shape (l,). `scratch`: an array to work in, shape (k, l).
     """
     add_outer(growth, H, W, scratch)

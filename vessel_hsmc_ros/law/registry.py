@@ -15,9 +15,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.law.law import Law
 
-GROUP = "vessel_hsmc_ros.laws"
-"""Group of the entry points."""
-
+GROUP = "vessel_hsmc_ros.laws"  # group of the entry points
 RESERVED = (
     "lockstep",
     "recorded",
@@ -56,11 +54,7 @@ class LawKind(NamedTuple):
 
 
 class Registry(Mapping[str, LawKind]):
-    """All control laws by name; those of installed packages are imported at the first use of a name that is not built in.
-
-    Args:
-        built_in: The laws of this package.
-    """
+    """All control laws by name; those of installed packages are imported at the first use of a name that is not built in."""
 
     def __init__(self, *built_in: type[Law[Any]]) -> None:
         self.built_in = {law.name: checked(law, None) for law in built_in}
@@ -88,12 +82,7 @@ class Registry(Mapping[str, LawKind]):
     def add(self, *laws: object, origin: Origin) -> None:
         """Register laws; they replace those that have the same origin, as when a file is read again.
 
-        Args:
-            laws: Subclasses of Law.
-            origin: Where they come from.
-
-        Raises:
-            ParameterError: one is not a complete law, or its name is used already; no law is registered then.
+        Raises ParameterError if one is not a complete law, or its name is used already; no law is registered then.
         """
         kept = {name: kind for name, kind in self.others.items() if kind.origin and kind.origin.source != origin.source}
         for law in laws:
@@ -122,12 +111,8 @@ class Registry(Mapping[str, LawKind]):
 def checked(law: object, origin: Origin | None) -> LawKind:
     """Check that an object is a complete law.
 
-    Args:
-        law: A subclass of Law that defines `name` and `step`, with a dataclass of declared parameters.
-        origin: Where it comes from; None for a law of this package.
-
-    Raises:
-        ParameterError: it is not; the message names what is missing.
+    `law`: a subclass of Law that defines `name` and `step`, with a dataclass of declared parameters. `origin`: where it comes
+    from; None for a law of this package. Raises ParameterError if it is not; the message names what is missing.
     """
     if not is_law(law):
         raise ParameterError(f"{getattr(law, '__name__', repr(law))} is not a subclass of vessel_hsmc_ros.Law")
@@ -148,8 +133,7 @@ def is_law(found: object) -> TypeGuard[type[Law[Any]]]:
 def parameters_of(law: type[Law[Any]]) -> type:
     """The dataclass P of a law that is derived from Law[P].
 
-    Raises:
-        ParameterError: the law is derived from Law without a dataclass.
+    Raises ParameterError if the law is derived from Law without a dataclass.
     """
     for cls in law.__mro__:
         for base in vars(cls).get("__orig_bases__", ()):
@@ -162,8 +146,7 @@ def parameters_of(law: type[Law[Any]]) -> type:
 def _declared(law: type[Law[Any]]) -> type:
     """The parameters of a law, checked as a declaration.
 
-    Raises:
-        ParameterError: a field is not a declared parameter, or its default is not allowed by its own declaration.
+    Raises ParameterError if a field is not a declared parameter, or its default is not allowed by its own declaration.
     """
     cls = parameters_of(law)
     for field in dataclasses.fields(cls):

@@ -25,8 +25,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import clip
 
 SWITCHING = ("sgn", "saturation", "tanh")
-SGN, _, TANH = range(3)
-"""Indices of the switching functions in SWITCHING."""
+SGN, _, TANH = range(3)  # indices of the switching functions in SWITCHING
 
 
 @kernel
@@ -44,15 +43,8 @@ def sign(value: float) -> float:
 def switch(S: float, phi: float, kind: int) -> float:
     """The switching function of a surface: sgn S, sat(S/phi) or tanh(S/phi).
 
-    The continuous functions avoid chattering: inside the boundary layer |S| < phi they act as a proportional gain.
-
-    Args:
-        S: Sliding surface.
-        phi: Width of the boundary layer, in the unit of S, above 0.
-        kind: Index in SWITCHING.
-
-    Returns:
-        A value in [-1, 1].
+    The continuous functions avoid chattering: inside the boundary layer |S| < phi they act as a proportional gain. `phi`: width
+    of the boundary layer, in the unit of S, above 0. `kind`: index in SWITCHING. Returns a value in [-1, 1].
     """
     if kind == SGN:
         return sign(S)
@@ -67,14 +59,8 @@ LIMIT = 2.0
 def check_step(parameters: Any, gain: str, slope: str, period: float, law: str) -> None:
     """Reject a reaching gain and a slope that are unstable at a control period.
 
-    Args:
-        parameters: Parameters of the law.
-        gain, slope: Names of the parameters that hold the reaching gain k and the slope c.
-        period: Control period T, s.
-        law: Name of the law, for the error message.
-
-    Raises:
-        InstabilityError: (k + c)·T is 2 or more.
+    `gain`, `slope`: names of the parameters that hold the reaching gain k and the slope c. `period`: control period T, s.
+    `law`: name of the law, for the error message. Raises InstabilityError if (k + c)·T is 2 or more.
     """
     k, c = getattr(parameters, gain), getattr(parameters, slope)
     if (k + c) * period < LIMIT:

@@ -63,13 +63,8 @@ class Terms(NamedTuple):
 def diagnosed(terms: Terms, previous_lyapunov: float | None, interval: float) -> Terms:
     """Add the quantities that follow from the terms of any law: weight norms, V_S and its rate of change.
 
-    Args:
-        terms: Terms as returned by the law.
-        previous_lyapunov: V_S at the last step; None at the first step, whose rate is 0.
-        interval: Time since the last step, s.
-
-    Returns:
-        The terms with weight_norm, lyapunov and lyapunov_rate filled in.
+    `previous_lyapunov`: V_S at the last step; None at the first step, whose rate is 0. `interval`: time since the last step, s.
+    Returns the terms with weight_norm, lyapunov and lyapunov_rate filled in.
     """
     lyapunov = lyapunov_function(terms.yaw_surface, terms.surge_surface)
     rate = 0.0 if previous_lyapunov is None else (lyapunov - previous_lyapunov) / interval
@@ -90,12 +85,8 @@ def lyapunov_function(yaw_surface: Number, surge_surface: Number) -> Number:
 def lyapunov_rates(lyapunov: Array, interval: Array) -> Array:
     """The rates of V_S that `diagnosed` gives step by step, for a whole run.
 
-    Args:
-        lyapunov: V_S at each control step, shape (m,).
-        interval: Time since the step before, s, shape (m,); the first value is not used.
-
-    Returns:
-        Difference quotients, shape (m,); the first is 0.
+    `lyapunov`: V_S at each control step, shape (m,). `interval`: time since the step before, s, shape (m,); the first value is
+    not used. Returns difference quotients, shape (m,); the first is 0.
     """
     rates = np.zeros(len(lyapunov))
     rates[1:] = np.diff(lyapunov) / interval[1:]
@@ -105,11 +96,7 @@ def lyapunov_rates(lyapunov: Array, interval: Array) -> Array:
 def weight_norms(weights: Array) -> Array:
     """Euclidean norms over the last axis, bit-identical to those that `diagnosed` gives step by step.
 
-    Args:
-        weights: Weights, shape (..., l).
-
-    Returns:
-        The norms, shape (...).
+    `weights`: weights, shape (..., l). Returns the norms, shape (...).
     """
     squares = np.zeros(weights.shape[:-1])
     # One after the other, as `_norm` does: np.sum and np.dot add in other orders for other shapes.

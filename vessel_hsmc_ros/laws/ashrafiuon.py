@@ -119,9 +119,7 @@ class Demand(NamedTuple):
 def position_term(e: float, de: float, dde: float, g: Gains) -> Demand:
     """k·L·tanh(e/L), its rate and its second derivative.
 
-    Args:
-        e, de, dde: Component of the position error and its derivatives.
-        g: Gains.
+    `e`, `de`, `dde`: component of the position error and its derivatives.
     """
     t = math.tanh(e / g.L)
     slope = g.k * (1.0 - t * t)
@@ -140,13 +138,8 @@ def away_from_zero(value: float, least: float) -> float:
 def demanded(motion: Motion, own: Acceleration, desired: Motion, acceleration: Acceleration, g: Gains) -> tuple[Vector, ...]:
     """The demanded velocity c and its first two derivatives, in the ship's frame.
 
-    Args:
-        motion, own: State of the ship, and derivatives of its velocities.
-        desired, acceleration: The same of the reference.
-        g: Gains.
-
-    Returns:
-        R'c [m/s], R'dc [m/s²], which does not depend on `own`, and R'ddc [m/s³].
+    `motion`, `own`: state of the ship, and derivatives of its velocities. Returns R'c [m/s], R'dc [m/s²], which does not depend
+    on `own`, and R'ddc [m/s³].
     """
     p, p_d, dddp_d = point_ahead(motion, own, 0.0), point_ahead(desired, acceleration, 0.0), jerk(desired, acceleration)
     e = Vector(p.position.x - p_d.position.x, p.position.y - p_d.position.y)
@@ -164,11 +157,8 @@ def demanded(motion: Motion, own: Acceleration, desired: Motion, acceleration: A
 def yaw_acceleration(motion: Motion, own: Acceleration, c: tuple[Vector, ...], sway_integral: float, g: Gains) -> float:
     """The yaw acceleration that sets dS2 = -k2·sat(S2/phi2).
 
-    Args:
-        motion, own: State of the ship, and derivatives of its surge and sway velocity.
-        c: The demanded velocity and its derivatives, in the ship's frame.
-        sway_integral: Integral of e_v, m.
-        g: Gains.
+    `motion`, `own`: state of the ship, and derivatives of its surge and sway velocity. `c`: the demanded velocity and its
+    derivatives, in the ship's frame. `sway_integral`: integral of e_v, m.
     """
     (u_c, v_c), (a_x, a_y), (_, j_y) = c
     s, r, mu = g.ship, motion.r, g.ship.m11 / g.ship.m22
@@ -185,16 +175,7 @@ def yaw_acceleration(motion: Motion, own: Acceleration, c: tuple[Vector, ...], s
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: demanded velocity, surge force, and the yaw moment for the surge acceleration that this force causes.
-
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        m: Internal state.
-        g: Gains.
-
-    Returns:
-        The wrench, its terms, and the internal state.
-    """
+    """One period: demanded velocity, surge force, and the yaw moment for the surge acceleration that this force causes."""
     s = g.ship
     f = free_acceleration(motion, s)
     (u_c, v_c), (a_x, _), _ = demanded(motion, f, desired, acceleration, g)
@@ -217,13 +198,7 @@ def step(
 
 
 class AshrafiuonController(KernelLaw[AshrafiuonParameters]):
-    """The law with the integrals of its surfaces.
-
-    Args:
-        parameters: Gains and damping.
-        vessel: The known inertias and limits.
-        period: Control period, s.
-    """
+    """The law with the integrals of its surfaces."""
 
     name = "ashrafiuon"
     kernel = staticmethod(step)

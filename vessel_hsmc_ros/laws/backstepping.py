@@ -36,8 +36,7 @@ from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_damping import KnownDamping, Ship, free_acceleration, known_ship, rotated
 from vessel_hsmc_ros.law.law import gain
 
-LARGEST_WEIGHT = 0.9
-"""Bound of abs(k), below 1."""
+LARGEST_WEIGHT = 0.9  # bound of abs(k), below 1
 
 
 @dataclass(frozen=True)
@@ -111,10 +110,7 @@ class Virtual(NamedTuple):
 def cross_weight(desired: Motion, acceleration: Acceleration, phase: float, g: Gains) -> tuple[float, float]:
     """The weight k of the cross error and its rate; where it is bounded, its rate is zero.
 
-    Args:
-        desired, acceleration: Reference, and derivatives of its velocities.
-        phase: l3·t.
-        g: Gains.
+    `phase`: l3·t.
     """
     turning = desired.r * g.L
     k = g.l1 * (desired.u * desired.u + turning * turning) + g.l2 * math.sin(phase)
@@ -127,13 +123,7 @@ def cross_weight(desired: Motion, acceleration: Acceleration, phase: float, g: G
 def virtual_controls(motion: Motion, desired: Motion, acceleration: Acceleration, phase: float, g: Gains) -> Virtual:
     """The surge velocity and the yaw rate that stabilise the kinematics.
 
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        phase: l3·t.
-        g: Gains.
-
-    Returns:
-        alpha_u and alpha_r.
+    `phase`: l3·t. Returns alpha_u and alpha_r.
     """
     psi_e = wrap(motion.psi - desired.psi)
     e = rotated(motion.x - desired.x, motion.y - desired.y, -motion.psi)
@@ -156,16 +146,7 @@ def virtual_controls(motion: Motion, desired: Motion, acceleration: Acceleration
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: virtual controls, their filters, inversion of the model, saturation.
-
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        m: Internal state.
-        g: Gains.
-
-    Returns:
-        The wrench, its terms, and the internal state.
-    """
+    """One period: virtual controls, their filters, inversion of the model, saturation."""
     s = g.ship
     f = free_acceleration(motion, s)
     alpha = virtual_controls(motion, desired, acceleration, m.phase, g)
@@ -184,13 +165,7 @@ def step(
 
 
 class BacksteppingController(KernelLaw[BacksteppingParameters]):
-    """The law with its filters.
-
-    Args:
-        parameters: Gains and damping.
-        vessel: The known inertias and limits.
-        period: Control period, s.
-    """
+    """The law with its filters."""
 
     name = "backstepping"
     kernel = staticmethod(step)

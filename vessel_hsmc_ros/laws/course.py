@@ -77,19 +77,13 @@ class Constants(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Internal state of the law.
+    """Internal state of the law."""
 
-    Attributes:
-        W: Weights, shape (1, l), written in place.
-        H: Activations of the last step, shape (l,), written in place.
-        scratch: Working memory, shape (1, l).
-        growth: Rate of the weights of the last step, divided by H and times T, shape (1, 1), written in place; the next step
-            integrates it.
-    """
-
-    W: Array
-    H: Array
-    scratch: Array
+    W: Array  # weights, shape (1, l), written in place
+    H: Array  # activations of the last step, shape (l,), written in place
+    scratch: Array  # working memory, shape (1, l)
+    # rate of the weights of the last step, divided by H and times T, shape (1, 1), written in place; the next step integrates
+    # it
     growth: Array
 
 
@@ -109,13 +103,7 @@ def step(
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: the Euler step of the weights that the last period has left, then the wrench.
 
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        m: Internal state; its arrays are written in place.
-        constants: Gains and neurons.
-
-    Returns:
-        The wrench, its terms, and the internal state.
+    `m`: internal state; its arrays are written in place.
     """
     g, neurons = constants
     # Adaptation (29) after the wrench of its period: a step uses the weights that its terms report.
@@ -134,10 +122,7 @@ def step(
 class CourseController(AdaptiveLaw[CourseLawParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
-    Args:
-        parameters: Gains and network.
-        vessel: The known inertia; the limits are not used, as in the paper.
-        period: Control period, s.
+    `vessel`: the known inertia; the limits are not used, as in the paper.
 
     Raises:
         ParameterError: the reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
@@ -154,8 +139,7 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
     def retune(self, parameters: CourseLawParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.
 
-        Raises:
-            ParameterError: the reaching gain is unstable at the law's period.
+        Raises ParameterError if the reaching gain is unstable at the law's period.
         """
         check_step(parameters, "reaching_gain", "heading_surface_slope", self.period, "course")
         known, switching = schema.symbols(self.vessel), SWITCHING.index(parameters.switching)

@@ -80,16 +80,7 @@ class StepTerms(NamedTuple):
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: demanded acceleration of the hand position, inversion of the model, saturation.
-
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        m: Internal state.
-        g: Gains.
-
-    Returns:
-        The wrench, its terms, and the internal state.
-    """
+    """One period: demanded acceleration of the hand position, inversion of the model, saturation."""
     s = g.ship
     f = free_acceleration(motion, s)
     # The acceleration that the hand position would have without actuators.
@@ -112,13 +103,7 @@ def step(
 
 
 class HandPositionController(KernelLaw[HandPositionParameters]):
-    """The law with its integral.
-
-    Args:
-        parameters: Gains and damping.
-        vessel: The known inertias and limits.
-        period: Control period, s.
-    """
+    """The law with its integral."""
 
     name = "hand_position"
     kernel = staticmethod(step)

@@ -112,11 +112,8 @@ class StepTerms(NamedTuple):
 def adapt_weights(m: Memory, errors: tuple[float, float, float], S: tuple[float, float, float], g: Gains) -> None:
     """The rates of the weights (29), normalised: dW = (gamma·S + rho·error)·H/|H|², with rho = lam²/4.
 
-    Args:
-        m: Internal state, whose `growth` is written.
-        errors: Prediction errors eu, ev, er.
-        S: Parts of the surfaces for f_u, f_v and f_r: S2, S1 and l·S1, or 0 while the wrench is limited.
-        g: Gains.
+    `m`: internal state, whose `growth` is written. `S`: parts of the surfaces for f_u, f_v and f_r: S2, S1 and l·S1, or 0 while
+    the wrench is limited.
     """
     power = 1e-12
     for h in m.H.tolist():
@@ -149,12 +146,8 @@ def predict(estimate: Motion, rates: Acceleration, e: Motion, g: Gains) -> Motio
 def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains) -> tuple[Motion, float, float]:
     """The motion at which the later of the present commands arrives at the hull, and what acts just before each of them arrives.
 
-    Args:
-        motion: Estimated motion, at the time of the measurement.
-        f: Outputs of the networks.
-        n_1, n_2: Periods until the commands of force and moment arrive.
-        m: Internal state.
-        g: Gains.
+    `motion`: estimated motion, at the time of the measurement. `n_1`, `n_2`: periods until the commands of force and moment
+    arrive.
     """
     tau_1, tau_2, n = m.tau_1, m.tau_2, max(n_1, n_2)
     before_1, before_2 = tau_1, tau_2
@@ -193,14 +186,7 @@ def control(
     tau_2 = m33/l·(dw·beam - r·w·bow + l·dr_c - dl·sigma2 - f_v - l·f_r - min(k1·S1 + eta1·sat(S1/phi1), sqrt(2·j·l·S1)))
     tau_1 = m11·(dw·bow + r·w·beam - f_u - k2·S2 - eta2·sat(S2/phi2))
 
-    Args:
-        motion: Vessel.
-        n: Wanted velocity.
-        turn: r_c and its rate.
-        c: Estimated current.
-        way: Surge velocity of the reference, whose sign l has.
-        f: Outputs of the networks.
-        g: Gains.
+    `way`: surge velocity of the reference, whose sign l has. `turn`: r_c and its rate.
     """
     r, square = motion.r, g.T_a * g.T_a
     c1, c2 = to_body(c[0], c[1], motion.psi)
@@ -230,15 +216,8 @@ def step(
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: the Euler step of the weights that the last period has left, the wrench, and the prediction for the next one.
 
-    Args:
-        motion, desired, acceleration: Vessel, reference, and derivatives of the reference's velocities.
-        m: Internal state; its arrays are written in place.
-        constants: Gains, neurons and the models of the actuators.
-        age: How long ago vessel and reference were in these states, s.
-        heading: Measured heading; that of `motion` by default.
-
-    Returns:
-        The wrench, its terms, and the internal state.
+    `m`: internal state; its arrays are written in place. `constants`: gains, neurons and the models of the actuators. `age`:
+    how long ago vessel and reference were in these states, s. `heading`: measured heading; that of `motion` by default.
     """
     g, neurons, models = constants
     estimate, age = m.predicted if math.isfinite(m.predicted.x) else motion, min(age, MAX_AGE)
@@ -283,10 +262,7 @@ def outdated(m: Memory, constants: Constants) -> bool:
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     """The law with its internal state: weights, predictions, estimated current and identified actuators.
 
-    Args:
-        parameters: Numbers of the law and network.
-        vessel: The known inertias, limits, length and actuators.
-        period: Control period, s.
+    `parameters`: numbers of the law and network.
 
     Raises:
         ParameterError: the period is too long for the gains, or the number of listed centres is not a multiple of three.
@@ -306,11 +282,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
         super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: HierarchicalParameters) -> None:
-        """Take new numbers and keep what is learned.
-
-        Raises:
-            InstabilityError: the period is too long for the gains.
-        """
+        """Take new numbers and keep what is learned. Raises InstabilityError if the period is too long for the gains."""
         self.parameters = parameters
         self._use(self._models.used)
 

@@ -72,9 +72,7 @@ def circling(g: Gains, v: float) -> float:
 
     z2·(c·z2 + v)² = c·l0²·v,   r = -(c·z2 + v)/l0,   z1 = v/r
 
-    Args:
-        g: Gains.
-        v: Sway velocity at which the hull drifts under the force, at least 0.
+    `v`: sway velocity at which the hull drifts under the force, at least 0.
     """
     if v == 0.0:
         return 0.0
@@ -106,13 +104,7 @@ def circled(g: Gains, v: float, s: float) -> tuple[float, float]:
 def sway_warning(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> str:
     """A sentence on a vessel whose declared sway makes the path error grow; empty for one that is kept or declares nothing.
 
-    Args:
-        parameters: Numbers of the law.
-        vessel: What is declared.
-        period: Control period, s.
-
-    Raises:
-        InstabilityError: the period is too long for the gains.
+    `parameters`: numbers of the law. Raises InstabilityError if the period is too long for the gains.
     """
     D, K = vessel.sway_damping_rate, vessel.coriolis_ratio
     if D < 0.0:

@@ -28,12 +28,7 @@ class Guidance(NamedTuple):
 
 @kernel
 def guidance(motion: Motion, desired: Motion, acceleration: Acceleration, g: Gains) -> Guidance:
-    """The wanted velocity w = dp_d - f·e and its rate dw = ddp_d - f·de - df·e, resolved along the hull.
-
-    Args:
-        motion, desired, acceleration: Vessel, reference, and derivatives of the reference's velocities.
-        g: Gains.
-    """
+    """The wanted velocity w = dp_d - f·e and its rate dw = ddp_d - f·de - df·e, resolved along the hull."""
     psi_e, r_d = wrap(motion.psi - desired.psi), desired.r
     e1, e2 = to_body(motion.x - desired.x, motion.y - desired.y, motion.psi)
     v1, v2 = to_body(desired.u, desired.v, psi_e)
@@ -55,11 +50,6 @@ def turn_in_current(desired: Motion, acceleration: Acceleration, c: tuple[float,
 
     r_c = s·r_d with the share s = v_d·(v_d - c)/|v_d - c|² by which the velocity through the water turns faster than v_d. In the
     axes of the reference the current turns by -r_d.
-
-    Args:
-        desired, acceleration: Reference, and derivatives of its velocities.
-        c: Estimated current.
-        g: Gains.
     """
     c1, c2 = to_body(c[0], c[1], desired.psi)
     u, v = desired.u - c1, desired.v - c2

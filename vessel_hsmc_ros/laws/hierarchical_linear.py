@@ -101,12 +101,9 @@ class Loads(NamedTuple):
 def linearise(g: Gains, hull: Hull, at: Steady, lags: tuple[Lag, Lag], gust_time: float) -> Linear:
     """A and B about a steady motion, by central differences of law and hull.
 
-    Args:
-        g: Gains; `T` is the control period.
-        hull: Accelerations of the hull, which need not be the one that the gains are for.
-        at: The steady motion.
-        lags: Of the actuators of surge force and yaw moment, which need not be those that the law assumes.
-        gust_time: Correlation time of the gusts.
+    `g`: gains; `T` is the control period. `hull`: accelerations of the hull, which need not be the one that the gains are for.
+    `lags`: of the actuators of surge force and yaw moment, which need not be those that the law assumes. `gust_time`:
+    correlation time of the gusts.
     """
     m, (force, moment) = at.motion, at.wrench
     late = round(lags[0].dead_time / g.T), round(lags[1].dead_time / g.T)
@@ -128,9 +125,7 @@ def linearise(g: Gains, hull: Hull, at: Steady, lags: tuple[Lag, Lag], gust_time
 class Period:
     """The states a control period later, without limits.
 
-    Args:
-        g, hull, at, lags, gust_time: As for `linearise`.
-        late: The dead times in periods.
+    `g`, `hull`, `at`, `lags`, `gust_time`: as for `linearise`. `late`: the dead times in periods.
     """
 
     def __init__(self, g: Gains, hull: Hull, at: Steady, lags: tuple[Lag, Lag], late: tuple[int, int], gust_time: float) -> None:
@@ -231,13 +226,7 @@ def error(g: Gains, found: Linear, at: Steady, loads: Loads) -> Error:
     """The errors of the linearised law in the end.
 
     On a straight line and at rest constant loads leave none, and the estimated current has no effect; on a circle force and
-    current turn with the rate of the reference.
-
-    Args:
-        g: Gains.
-        found: A and B about the steady motion.
-        at: The steady motion.
-        loads: What disturbs the vessel.
+    current turn with the rate of the reference. `found`: A and B about the steady motion.
     """
     keep, T = _kept(found, at), found.T
     A, noise = found.A[np.ix_(keep, keep)], found.noise[keep] * np.array(loads.noise)
@@ -309,10 +298,7 @@ def settling(found: Linear, at: Steady) -> tuple[float, float]:
 def dead_time(g: Gains, found: Linear, command: int) -> float:
     """The smallest dead time of a command that makes the law unstable, beyond what is in A, s.
 
-    Args:
-        g: Gains.
-        found: A and B.
-        command: 0 of surge force, 1 of yaw moment.
+    `found`: A and B. `command`: 0 of surge force, 1 of yaw moment.
     """
     keep = _kept(found, None)
     A, B, row = found.A[np.ix_(keep, keep)], found.arriving[keep, command], int(np.flatnonzero(keep == COMMANDS + command)[0])

@@ -197,12 +197,7 @@ UNDEFINED = StepTerms(*[math.nan] * len(StepTerms._fields))
 def sway_weight(sigma1: float, sigma2: float, g: Gains) -> float:
     """The weight a of (20): constant, or with the sign of sigma1·sigma2, so that both terms of S1 have the same sign.
 
-    Args:
-        sigma1, sigma2: First-level surfaces of sway [m/s] and heading [rad/s].
-        g: Gains.
-
-    Returns:
-        a, rad/m, with its sign.
+    `sigma1`, `sigma2`: first-level surfaces of sway [m/s] and heading [rad/s]. Returns a, rad/m, with its sign.
     """
     return -g.a if g.sign_switches and sigma1 * sigma2 < 0.0 else g.a
 
@@ -216,17 +211,8 @@ def control(
     tau_2 = [b·tau_eq22 - a·(z1·tau_eq21) + m33·(-eta1·sgn S1 - k1·S1)] / (b - a·z1)
 
     The equivalent controls tau_eq keep the motion on the surfaces; the switching and reaching terms drive it there. With
-    g.switching other than sgn, its smooth approximation takes the place of sgn.
-
-    Args:
-        motion: State of the ship.
-        desired: State of the virtual ship.
-        acceleration: du_d, dv_d, dr_d.
-        f: Outputs of the networks.
-        g: Gains.
-
-    Returns:
-        (tau_1 [N], tau_2 [N·m]) and the intermediate terms. Undefined where b = a·z1, which the caller must exclude.
+    g.switching other than sgn, its smooth approximation takes the place of sgn. Returns (tau_1 [N], tau_2 [N·m]) and the
+    intermediate terms. Undefined where b = a·z1, which the caller must exclude.
     """
     u, v, r = motion.u, motion.v, motion.r
     z, z_d = transform(motion), transform(desired)
@@ -263,14 +249,8 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -
     dWv = gamma1·a·S1·H, dWr = gamma2·((b - a·z1)·S1 + z2·S2)·H, dWu = gamma3·S2·H
     (29): dWv = gamma1·S2·H, dWr = gamma2·a·S1·H, dWu = gamma3·(b·z1·S1 - a·z1·S1 + z2·S2)·H
 
-    Args:
-        z1, z2: Transformed position of the ship (9), m.
-        S1, S2: Surfaces of yaw [rad/s] and surge [m/s].
-        a: Weight of the sway surface with the sign that the control law has used, rad/m.
-        g: Gains.
-
-    Returns:
-        Time derivatives of the weights, divided by H.
+    `z1`, `z2`: transformed position of the ship (9), m. `S1`, `S2`: surfaces of yaw [rad/s] and surge [m/s]. `a`: weight of the
+    sway surface with the sign that the control law has used, rad/m. Returns time derivatives of the weights, divided by H.
     """
     if g.adapts_as_printed:
         return Rates(g.gamma3 * (g.b * z1 * S1 - a * z1 * S1 + z2 * S2), g.gamma1 * S2, g.gamma2 * a * S1)
@@ -281,15 +261,9 @@ def adaptation(z1: float, z2: float, S1: float, S2: float, a: float, g: Gains) -
 def side_of_singularity(z1: float, last: float, g: Gains) -> float:
     """The side of z1 = b/a, where the denominator of (22) vanishes, on which the ship is.
 
-    The moment grows without bound towards it, and behind it the gain has the wrong sign.
-
-    Args:
-        z1: Transformed position (9), m.
-        last: The side at the last step; 0 before the first.
-        g: Gains.
-
-    Returns:
-        1 or -1; NaN if the ship is there, or has crossed it since the last step.
+    The moment grows without bound towards it, and behind it the gain has the wrong sign. `z1`: transformed position (9), m.
+    `last`: the side at the last step; 0 before the first. Returns 1 or -1; NaN if the ship is there, or has crossed it since
+    the last step.
     """
     distance = g.b - g.a * (abs(z1) if g.sign_switches else z1)
     # A step can jump over the singularity, therefore the side is compared with that of the last step.
@@ -304,13 +278,8 @@ def step(
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """One period: the Euler step of the weights that the last period has left, then the wrench (22), (28).
 
-    Args:
-        motion, desired, acceleration: Ship, virtual ship, and derivatives of the virtual ship's velocities.
-        m: Internal state; its arrays are written in place.
-        constants: Gains and neurons.
-
-    Returns:
-        The wrench, its terms, and the internal state. At the singularity the wrench is NaN, and the state unchanged.
+    `m`: internal state; its arrays are written in place. Returns the wrench, its terms, and the internal state. At the
+    singularity the wrench is NaN, and the state unchanged.
     """
     g, neurons = constants
     z = transform(motion)
@@ -331,10 +300,7 @@ def step(
 class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
-    Args:
-        parameters: Gains and network.
-        vessel: The known inertia; the paper's law does not use the limits.
-        period: Control period, s.
+    `vessel`: the known inertia; the paper's law does not use the limits.
 
     Raises:
         ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
@@ -350,8 +316,7 @@ class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
     def retune(self, parameters: HierarchicalPrintedParameters) -> None:
         """Take new gains and keep the weights; the size of the network stays as constructed.
 
-        Raises:
-            ParameterError: a reaching gain is unstable at the law's period.
+        Raises ParameterError if a reaching gain is unstable at the law's period.
         """
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
             check_step(parameters, gain, slope, self.period, "hierarchical_printed")
@@ -367,8 +332,7 @@ class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
     def explain_undefined(self, motion: Motion) -> None:
         """Report the singularity.
 
-        Raises:
-            ControlError: the ship is at the singularity z1 = b/a, or has crossed it since the last step.
+        Raises ControlError if the ship is at the singularity z1 = b/a, or has crossed it since the last step.
         """
         g, z1 = self.constants.gains, transform(motion).z1
         if math.isnan(side_of_singularity(z1, self.memory.side, g)):

@@ -44,10 +44,7 @@ class Steady(NamedTuple):
 def steady(hull: Hull, speed: float, turn: float, mean: Mean) -> Steady:
     """The steady motion of a hull along a straight line or circle; its drift angle by the secant method.
 
-    Args:
-        hull: Accelerations.
-        speed, turn: Of the reference.
-        mean: Loads.
+    `speed`, `turn`: of the reference.
     """
 
     def motion(v: float) -> Motion:
@@ -69,9 +66,7 @@ def steady(hull: Hull, speed: float, turn: float, mean: Mean) -> Steady:
 def at_rest(hull: Hull, mean: Mean) -> list[Steady]:
     """The vessel at the target, in each heading that the loads turn it back to: there the sway force grows with the heading.
 
-    Args:
-        hull: Accelerations.
-        mean: Loads, at least one of them.
+    `mean`: loads, at least one of them.
     """
 
     def sway(psi: float) -> float:

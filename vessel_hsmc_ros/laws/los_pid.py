@@ -38,12 +38,8 @@ from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.law.law import gain
 
-PAPER = KnownVessel()
-"""The ship for which the gains were found."""
-
-PAPER_DECAY = 1.2
-"""Time in which its sway velocity decays, s."""
-
+PAPER = KnownVessel()  # the ship for which the gains were found
+PAPER_DECAY = 1.2  # time in which its sway velocity decays, s
 SWAY_SHARE = 0.5
 """The integral gain of the guidance has to be below lookahead distance/(speed·T_v); this share of T/T_v leaves it room."""
 
@@ -83,9 +79,8 @@ class LosPidParameters:
 def adapted(p: LosPidParameters, vessel: KnownVessel) -> LosPidParameters:
     """The gains for a ship: those of the paper's ship in its units of length and time, stretched for its actuators.
 
-    Args:
-        p: The gains; with `stretch` above 0 they are meant for this ship, and only their times are longer by it.
-        vessel: What is declared of the ship; what is not declared of its actuators does not count.
+    `p`: the gains; with `stretch` above 0 they are meant for this ship, and only their times are longer by it. `vessel`: what
+    is declared of the ship; what is not declared of its actuators does not count.
     """
     if p.stretch > 0.0:
         return stretched(p, p.stretch)
@@ -143,10 +138,6 @@ def derived_stretch(p: LosPidParameters, vessel: KnownVessel) -> float:
     w_c = 2·zeta·w_psi is the crossover frequency of the autopilot. The largest sum T_e of lag and dead time costs phase at w_c/q.
     An input with the time T_f from zero to its limit follows an amplitude A at the frequency w if A·w·T_f is below its limit;
     with all times stretched A decreases by q² and w by q.
-
-    Args:
-        p: The gains before.
-        vessel: What is declared of its actuators.
     """
     v = vessel
     late = max(max(lag, 0.0) + max(dead, 0.0) for lag, dead in ((v.surge_lag, v.surge_dead_time), (v.yaw_lag, v.yaw_dead_time)))
@@ -156,8 +147,7 @@ def derived_stretch(p: LosPidParameters, vessel: KnownVessel) -> float:
     return max(1.0 + 2.0 * p.yaw_damping * p.yaw_bandwidth * late / 3.0, slew)
 
 
-MAX_INTEGRAL = 0.5
-"""Bound of the drift angle that the adaptive guidance estimates: far from the line it would wind up."""
+MAX_INTEGRAL = 0.5  # bound of the drift angle that the adaptive guidance estimates: far from the line it would wind up
 
 
 class Gains(NamedTuple):
@@ -221,14 +211,8 @@ class Aim(NamedTuple):
 def line_of_sight(motion: Motion, desired: Motion, integral: float, g: Gains) -> Aim:
     """Integral or adaptive line-of-sight guidance on the line through the moving reference, along its course.
 
-    Args:
-        motion: State of the ship.
-        desired: State of the reference, which moves.
-        integral: Integral state s, m.
-        g: Gains.
-
-    Returns:
-        Heading offset -atan((y_e + s)/D) or -s - atan(y_e/D), reversed for a reference astern; speed command; rate of s.
+    `desired`: state of the reference, which moves. `integral`: integral state s, m. Returns heading offset -atan((y_e + s)/D)
+    or -s - atan(y_e/D), reversed for a reference astern; speed command; rate of s.
     """
     u_d, v_d = desired.u, desired.v
     # A reference that goes astern is followed astern: the course is that of its stern.
@@ -253,13 +237,8 @@ def line_of_sight(motion: Motion, desired: Motion, integral: float, g: Gains) ->
 def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
     """Station keeping by pure pursuit, ahead or astern, whichever needs the smaller turn; inside R, the reference's heading.
 
-    Args:
-        motion: State of the ship.
-        desired: State of the reference, which is stationary.
-        g: Gains.
-
-    Returns:
-        Heading offset and speed command; the integral state of the guidance is not changed.
+    `desired`: state of the reference, which is stationary. Returns heading offset and speed command; the integral state of the
+    guidance is not changed.
     """
     x, y = desired.x - motion.x, desired.y - motion.y
     along = x * math.cos(motion.psi) + y * math.sin(motion.psi)
@@ -274,13 +253,7 @@ def pursuit(motion: Motion, desired: Motion, g: Gains) -> Aim:
 def guide(motion: Motion, desired: Motion, integral: float, g: Gains) -> Aim:
     """Line-of-sight guidance while the reference moves, pure pursuit in station keeping.
 
-    Args:
-        motion, desired: States of the ship and of the reference.
-        integral: Integral state s, m.
-        g: Gains.
-
-    Returns:
-        Heading offset, speed command and rate of s.
+    `integral`: integral state s, m. Returns heading offset, speed command and rate of s.
     """
     if magnitude(desired.u, desired.v) < g.U_0:
         return pursuit(motion, desired, g)
@@ -291,15 +264,8 @@ def guide(motion: Motion, desired: Motion, integral: float, g: Gains) -> Aim:
 def integrate(aim: Aim, offset_acceleration: float, u_e: float, psi_e: float, m: Memory, g: Gains) -> Memory:
     """One Euler step of the command filter and the integrators.
 
-    Args:
-        aim: Output of the guidance.
-        offset_acceleration: Second derivative of the filtered heading offset, rad/s².
-        u_e, psi_e: Inputs of the two integrators, m/s and rad.
-        m: Internal state.
-        g: Gains.
-
-    Returns:
-        The internal state one period later.
+    `offset_acceleration`: second derivative of the filtered heading offset, rad/s². `u_e`, `psi_e`: inputs of the two
+    integrators, m/s and rad. Returns the internal state one period later.
     """
     return Memory(
         m.integral + g.T * aim.integral_rate,
@@ -315,16 +281,7 @@ def integrate(aim: Aim, offset_acceleration: float, u_e: float, psi_e: float, m:
 def step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: Memory, g: Gains
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period: guidance, command filter, the two controllers, saturation.
-
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        m: Internal state.
-        g: Gains.
-
-    Returns:
-        The wrench, its terms, and the internal state.
-    """
+    """One period: guidance, command filter, the two controllers, saturation."""
     aim = guide(motion, desired, m.integral, g)
     # Critically damped second-order filter of the heading offset; its derivatives are fed forward below. Filtering the
     # offset instead of the heading leaves the reference's own turn without a lag.
@@ -350,13 +307,7 @@ def step(
 
 
 class LosPidController(KernelLaw[LosPidParameters]):
-    """The law with its internal state, integrators and command filter, which are integrated by one Euler step per period.
-
-    Args:
-        parameters: Gains.
-        vessel: The known inertia and limits.
-        period: Control period, s.
-    """
+    """The law with its internal state, integrators and command filter, which are integrated by one Euler step per period."""
 
     name = "los_pid"
     kernel = staticmethod(step)

@@ -42,8 +42,7 @@ KINDS = ("turning_circle", "zigzag", "spiral", "crash_stop", "speed_run", "bolla
 
 SIDES = ("port", "starboard")
 
-FULL_RUDDER_DEG = 35.0
-"""The rudder angle that stands for the whole yaw moment."""
+FULL_RUDDER_DEG = 35.0  # the rudder angle that stands for the whole yaw moment
 
 
 @dataclass(frozen=True)
@@ -103,23 +102,14 @@ class Constants(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """Internal state.
+    """Internal state."""
 
-    Attributes:
-        steps: Number of steps so far.
-        psi: Heading of the last step, rad.
-        dpsi: Change of heading, rad.
-        s: Side of the present yaw moment of the zig-zag.
-        stopped: Whether the ship of the crash stop has stopped.
-        W: There are no networks.
-    """
-
-    steps: int
-    psi: float
-    dpsi: float
-    s: float
-    stopped: bool
-    W: NDArray[np.float64]
+    steps: int  # number of steps so far
+    psi: float  # heading of the last step, rad
+    dpsi: float  # change of heading, rad
+    s: float  # side of the present yaw moment of the zig-zag
+    stopped: bool  # whether the ship of the crash stop has stopped
+    W: NDArray[np.float64]  # there are no networks
 
 
 class StepTerms(NamedTuple):
@@ -137,17 +127,7 @@ def step(
     m: Memory,
     g: Constants,
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
-    """One period of the approach or of the manoeuvre.
-
-    Args:
-        motion: State of the ship.
-        desired, acceleration: Reference and its acceleration; not used.
-        m: Internal state.
-        g: Constants.
-
-    Returns:
-        The wrench, its terms, and the internal state.
-    """
+    """One period of the approach or of the manoeuvre."""
     dpsi = m.dpsi + wrap(motion.psi - m.psi) if m.steps > 0 else 0.0
     k = m.steps - g.approach
     s = m.s
@@ -169,10 +149,7 @@ def step(
 def surge_force(k: int, stopped: bool, g: Constants) -> float:
     """The surge force of a step.
 
-    Args:
-        k: Number of steps since the execute, negative during the approach.
-        stopped: Whether the ship has stopped since then.
-        g: Constants.
+    `k`: number of steps since the execute, negative during the approach. `stopped`: whether the ship has stopped since then.
     """
     if g.kind == BOLLARD_PULL:
         return g.X_max
@@ -203,10 +180,7 @@ def yaw_moment(k: int, s: float, g: Constants) -> float:
 class ManoeuvreController(KernelLaw[ManoeuvreParameters]):
     """The programme of a manoeuvre as a law; it does not track the reference.
 
-    Args:
-        parameters: The manoeuvre and its numbers.
-        vessel: The known inertia and the limits, of which the manoeuvre commands shares.
-        period: Control period, s.
+    `vessel`: the known inertia and the limits, of which the manoeuvre commands shares.
     """
 
     name = "manoeuvre"

@@ -33,8 +33,7 @@ from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.laws.nmpc_model import Model, ModelParameters, compile_horizon
 
-SUDDEN = 0.2
-"""A faster change of the reference's inputs is a step, which must not be extrapolated, in limits per second."""
+SUDDEN = 0.2  # a faster change of the reference's inputs is a step, which must not be extrapolated, in limits per second
 
 
 def weight(default: float, description: str, unit: str = "") -> float:
@@ -63,18 +62,12 @@ class NmpcParameters:
 
 
 class Plan(NamedTuple):
-    """Internal state of the law.
+    """Internal state of the law."""
 
-    Attributes:
-        U: Inputs over the horizon, (2·N,).
-        state: State of the ship at the last step; None before the first.
-        U_d: Inputs of the reference at the last step, (2,).
-        b, e: Estimated disturbance, (3,), (2,).
-    """
-
-    U: Array
-    state: Motion | None
-    U_d: Array
+    U: Array  # inputs over the horizon, (2·N,)
+    state: Motion | None  # state of the ship at the last step; None before the first
+    U_d: Array  # inputs of the reference at the last step, (2,)
+    # b, e: estimated disturbance, (3,), (2,)
     b: Array
     e: Array
 
@@ -89,11 +82,6 @@ class Target(NamedTuple):
 
 class NmpcController(Law[NmpcParameters]):
     """The law with its internal state: the last plan and the disturbance estimate.
-
-    Args:
-        parameters: Horizon, weights, model.
-        vessel: The known inertia and limits.
-        period: Control period, s.
 
     Attributes:
         plan: Internal state: the planned inputs and the disturbance estimate.
@@ -133,8 +121,7 @@ class NmpcController(Law[NmpcParameters]):
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """Estimate the disturbance, extrapolate the reference, improve the plan, apply its first inputs; see `Law.step`.
 
-        Raises:
-            ControlError: the predicted motion is not finite.
+        Raises ControlError if the predicted motion is not finite.
         """
         b, e = self._disturbance(motion)
         target, U_d = self._extrapolate(desired, acceleration, b)
@@ -170,10 +157,8 @@ class NmpcController(Law[NmpcParameters]):
     def _extrapolate(self, desired: Motion, acceleration: Acceleration, b: Array) -> tuple[Target, Array]:
         """The target over the horizon, and the present inputs of the reference.
 
-        Args:
-            desired: State of the reference.
-            acceleration: Derivatives of its body velocities.
-            b: Estimated hull-fixed disturbance, which the target's inputs compensate.
+        `acceleration`: derivatives of its body velocities. `b`: estimated hull-fixed disturbance, which the target's inputs
+        compensate.
         """
         inputs, sway_force = self.horizon.inputs(desired, acceleration)
         present = inputs[:, 0]
@@ -194,14 +179,8 @@ class NmpcController(Law[NmpcParameters]):
     def _improved(self, U: Array, x: Array, b: Array, e: Array, target: Target) -> Array:
         """The inputs after one Gauss-Newton step within the limits.
 
-        Args:
-            U: Inputs over the horizon, (2·N,).
-            x: State of the ship relative to the reference's position, (6,).
-            b, e: Estimated disturbance, (3,), (2,).
-            target: Desired motion and inputs.
-
-        Raises:
-            ControlError: the predicted motion is not finite.
+        `U`: inputs over the horizon, (2·N,). `x`: state of the ship relative to the reference's position, (6,). `b`, `e`:
+        estimated disturbance, (3,), (2,). Raises ControlError if the predicted motion is not finite.
         """
         X, G = self.horizon.sensitivity(x, U.reshape(-1, 2).T, b, e)
         error = (X.T - target.X).ravel()

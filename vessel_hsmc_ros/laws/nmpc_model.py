@@ -56,9 +56,6 @@ class Compiled:
 
     Arguments and results are exchanged through CasADi's buffer interface: the conversion to and from its own matrix type takes
     longer than the evaluation.
-
-    Args:
-        function: CasADi function with dense inputs and outputs.
     """
 
     def __init__(self, function: Any) -> None:
@@ -76,11 +73,7 @@ class Compiled:
     def __call__(self, *arguments: Any) -> list[Array]:
         """Evaluate the function.
 
-        Args:
-            arguments: One array for each input, with as many elements.
-
-        Returns:
-            Every output as a matrix.
+        `arguments`: one array for each input, with as many elements. Returns every output as a matrix.
         """
         for place, argument in zip(self._inputs, arguments, strict=True):
             place[...] = np.reshape(argument, place.shape)
@@ -89,28 +82,20 @@ class Compiled:
 
 
 class Horizon(NamedTuple):
-    """Compiled functions of a model over a horizon.
+    """Compiled functions of a model over a horizon."""
 
-    Attributes:
-        inputs: x, (du, dv, dr) -> the inputs that cause du and dr, (2,), and the sway force that dv needs, N.
-        step: x, u, b, e, length -> x after one step.
-        motion: x, U, b, e -> x after every step, (6, N).
-        sensitivity: x, U, b, e -> x after every step, (6, N), and its derivatives with respect to the inputs, (6·N, 2·N).
-        solver: Solver of a quadratic programme with bounds.
-    """
-
-    inputs: Compiled
-    step: Compiled
-    motion: Compiled
+    inputs: Compiled  # x, (du, dv, dr) -> the inputs that cause du and dr, (2,), and the sway force that dv needs, N
+    step: Compiled  # x, u, b, e, length -> x after one step
+    motion: Compiled  # x, U, b, e -> x after every step, (6, N)
+    # x, U, b, e -> x after every step, (6, N), and its derivatives with respect to the inputs, (6·N, 2·N)
     sensitivity: Compiled
-    solver: Any
+    solver: Any  # solver of a quadratic programme with bounds
 
 
 def load_casadi() -> Any:
     """Import CasADi, which differentiates the model and solves the quadratic programme.
 
-    Raises:
-        ParameterError: CasADi is not installed.
+    Raises ParameterError if CasADi is not installed.
     """
     try:
         import casadi
@@ -124,15 +109,8 @@ def load_casadi() -> Any:
 def derivative(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any) -> Any:
     """The time derivative of x by (6) as a CasADi expression.
 
-    Args:
-        ca: The CasADi module.
-        model: Coefficients.
-        x: State, (6,).
-        u: Inputs normalised by their limits, (2,).
-        b, e: Hull-fixed and earth-fixed disturbance, (3,), (2,).
-
-    Returns:
-        dx, (6,).
+    `x`: state, (6,). `u`: inputs normalised by their limits, (2,). `b`, `e`: hull-fixed and earth-fixed disturbance, (3,),
+    (2,). Returns dx, (6,).
     """
     m = model
     psi, surge, sway, yaw = x[2], x[3], x[4], x[5]
@@ -163,12 +141,7 @@ def _rk4(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any, h: Any) -> Any:
 def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
     """Compile the functions of a horizon; this takes about a second, so the results are cached.
 
-    Args:
-        model: Coefficients and limits.
-        steps: Lengths of the steps, s.
-
-    Raises:
-        ParameterError: CasADi is not installed.
+    `steps`: lengths of the steps, s. Raises ParameterError if CasADi is not installed.
     """
     ca = load_casadi()
     N = len(steps)

@@ -24,8 +24,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.law.kernel_law import NO_NETWORKS, KernelLaw
 
-EARLY = 0.5e-9
-"""Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""
+EARLY = 0.5e-9  # tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times
 
 
 def inputs(what: str, unit: str) -> tuple[float, ...]:
@@ -73,13 +72,7 @@ def step(
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """The inputs of the present time.
 
-    Args:
-        motion, desired, _acceleration: Ship, reference, and derivatives of its velocities; they change no input.
-        m: Internal state.
-        c: The inputs over time.
-
-    Returns:
-        The wrench, its terms, and the internal state.
+    `motion`, `desired`, `_acceleration`: ship, reference, and derivatives of its velocities; they change no input.
     """
     begun, time = m.begun, m.updates * c.period + EARLY
     while begun < len(c.times) and c.times[begun] <= time:
@@ -91,10 +84,7 @@ def step(
 class OpenLoop(KernelLaw[OpenLoopParameters]):
     """The law; time counts from its first step.
 
-    Args:
-        parameters: The inputs over time.
-        vessel: Not used.
-        period: Control period, s.
+    `vessel`: not used.
 
     Raises:
         ParameterError: the lists differ in length, or the times do not increase.

@@ -75,13 +75,7 @@ def step(
 ) -> tuple[tuple[float, float], StepTerms, Memory]:
     """The wrench for the present errors.
 
-    Args:
-        motion, desired, acceleration: Ship, reference, and derivatives of the reference's velocities.
-        m: Internal state, returned unchanged.
-        g: Gains.
-
-    Returns:
-        The wrench, its terms, and the internal state.
+    `m`: internal state, returned unchanged.
     """
     z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
     # The moment that moves a ship with linear damping along the desired heading without any error.
@@ -93,10 +87,7 @@ def step(
 class PdController(KernelLaw[PdParameters]):
     """The law; it has no internal state.
 
-    Args:
-        parameters: Gains.
-        vessel: The known inertia; the limits are not used.
-        period: Control period, s; the law does not depend on it.
+    `vessel`: the known inertia; the limits are not used. `period`: control period, s; the law does not depend on it.
     """
 
     name = "pd"

@@ -104,10 +104,7 @@ def write_twist(twist: Twist, state: Motion | Array) -> None:
 def write_odometry(message: Odometry, stamp: Time, state: Motion | Array) -> None:
     """Write a state into an odometry message.
 
-    Args:
-        message: From `new_odometry`.
-        stamp: Its time stamp.
-        state: x, y, psi, u, v, r, shape (6,).
+    `message`: from `new_odometry`. `state`: x, y, psi, u, v, r, shape (6,).
     """
     message.header.stamp = stamp
     write_pose(message.pose.pose, state)
@@ -117,11 +114,8 @@ def write_odometry(message: Odometry, stamp: Time, state: Motion | Array) -> Non
 def write_reference(message: ReferenceState, stamp: Time, state: Array, acceleration: Array) -> None:
     """Write a reference into its message.
 
-    Args:
-        message: From `new_reference`.
-        stamp: Its time stamp.
-        state: x, y, psi, u, v, r, shape (6,).
-        acceleration: Surge, sway and yaw acceleration in the body frame, shape (3,).
+    `message`: from `new_reference`. `state`: x, y, psi, u, v, r, shape (6,). `acceleration`: surge, sway and yaw acceleration
+    in the body frame, shape (3,).
     """
     message.header.stamp = stamp
     write_pose(message.pose, state)
@@ -133,10 +127,7 @@ def write_reference(message: ReferenceState, stamp: Time, state: Array, accelera
 def write_pose_stamped(message: PoseStamped, stamp: Time, state: Array) -> None:
     """Write the pose of a state into a stamped pose.
 
-    Args:
-        message: From `new_pose`.
-        stamp: Its time stamp.
-        state: x, y, psi, u, v, r, shape (6,).
+    `message`: from `new_pose`. `state`: x, y, psi, u, v, r, shape (6,).
     """
     message.header.stamp = stamp
     write_pose(message.pose, state)
@@ -145,10 +136,7 @@ def write_pose_stamped(message: PoseStamped, stamp: Time, state: Array) -> None:
 def write_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float]) -> None:
     """Write a control wrench into a wrench message.
 
-    Args:
-        message: From `new_wrench`.
-        stamp: Its time stamp.
-        wrench: Surge force, N, and yaw moment, N·m.
+    `message`: from `new_wrench`. `wrench`: surge force, N, and yaw moment, N·m.
     """
     message.header.stamp = stamp
     message.wrench.force.x, message.wrench.torque.z = wrench
@@ -157,10 +145,7 @@ def write_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float
 def write_body_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float, float]) -> None:
     """Write a wrench with a sway force, such as a disturbance, into a wrench message.
 
-    Args:
-        message: From `new_wrench`.
-        stamp: Its time stamp.
-        wrench: Surge and sway force, N, and yaw moment, N·m.
+    `message`: from `new_wrench`. `wrench`: surge and sway force, N, and yaw moment, N·m.
     """
     message.header.stamp = stamp
     message.wrench.force.x, message.wrench.force.y, message.wrench.torque.z = wrench
@@ -169,10 +154,7 @@ def write_body_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, 
 def write_acceleration(message: AccelStamped, stamp: Time, acceleration: tuple[float, float, float]) -> None:
     """Write an acceleration into its message.
 
-    Args:
-        message: From `new_acceleration`.
-        stamp: Its time stamp.
-        acceleration: Of surge, sway and yaw, in the body frame.
+    `message`: from `new_acceleration`. `acceleration`: of surge, sway and yaw, in the body frame.
     """
     message.header.stamp = stamp
     message.accel.linear.x, message.accel.linear.y, message.accel.angular.z = acceleration
@@ -181,10 +163,7 @@ def write_acceleration(message: AccelStamped, stamp: Time, acceleration: tuple[f
 def write_terms(message: ControlState, stamp: Time, terms: Terms) -> None:
     """Write the terms of the control law into a control-state message, each into the field of the same name.
 
-    Args:
-        message: From `new_control_state`.
-        stamp: Its time stamp.
-        terms: The law's surfaces, errors, network outputs and weights.
+    `message`: from `new_control_state`. `terms`: the law's surfaces, errors, network outputs and weights.
     """
     message.header.stamp = stamp
     for name, value in zip(Terms._fields, terms, strict=True):
@@ -211,11 +190,8 @@ def read_wrench(message: Any) -> tuple[float, float]:
 def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
     """The values in a diagnostics message by node, for the nodes directly in a namespace, not in one below it.
 
-    Each is the status of a node as a whole; those of its diagnostic tasks, named `node: task`, are omitted.
-
-    Args:
-        message: A diagnostic_msgs/DiagnosticArray.
-        namespace: Without its leading slash: empty for the root, or such as `alpha/`.
+    Each is the status of a node as a whole; those of its diagnostic tasks, named `node: task`, are omitted. `message`: a
+    diagnostic_msgs/DiagnosticArray. `namespace`: without its leading slash: empty for the root, or such as `alpha/`.
     """
     return {
         status.name.removeprefix(namespace): {"message": status.message, **{v.key: v.value for v in status.values}}

@@ -12,8 +12,7 @@ T = TypeVar("T")
 LARGEST_DIFFERENCE = NANOSECONDS // 10
 """Largest difference of two stamps of one epoch, ns: drivers that stamp on receipt have two for it."""
 
-INTERVALS = 8
-"""Intervals whose median is the time between two epochs."""
+INTERVALS = 8  # intervals whose median is the time between two epochs
 
 
 class Epochs(Generic[T]):
@@ -21,10 +20,7 @@ class Epochs(Generic[T]):
 
     Two messages are of one epoch where their stamps differ by less than LARGEST_DIFFERENCE and by less than half of the time
     between two epochs of the faster source: neighbouring epochs are never paired. Before that time is known, stamps must be
-    equal.
-
-    Args:
-        window: Time for which a message waits, ns.
+    equal. `window`: time for which a message waits, ns.
     """
 
     def __init__(self, window: int) -> None:
@@ -45,10 +41,7 @@ class Epochs(Generic[T]):
     def take(self, source: int, stamp: int, message: T) -> tuple[T, T] | None:
         """Take a message; returns the pair that it completes, that of source 0 first.
 
-        Args:
-            source: 0 or 1.
-            stamp: Of the message, ns. A repeated or earlier one is left out, but for a clock that was set back.
-            message: The message.
+        `source`: 0 or 1. `stamp`: of the message, ns. A repeated or earlier one is left out, but for a clock that was set back.
         """
         own = self._stamps[source]
         if own and stamp < own[-1] - self._window:

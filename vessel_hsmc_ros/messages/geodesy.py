@@ -18,23 +18,19 @@ FARTHEST = 50e3
 
 
 class Place(NamedTuple):
-    """A place in the plane.
+    """A place in the plane."""
 
-    Attributes:
-        x, y: East and north of the datum, m.
-        convergence: Angle from east there to the x axis, clockwise, rad: what a heading counted from east has to be turned by.
-    """
-
+    # x, y: east and north of the datum, m
     x: float
     y: float
+    # angle from east there to the x axis, clockwise, rad: what a heading counted from east has to be turned by
     convergence: float
 
 
 class Plane:
     """The plane of a datum.
 
-    Args:
-        latitude, longitude: Of the datum, degrees; no pole.
+    `latitude`, `longitude`: of the datum, degrees; no pole.
 
     Raises:
         ParameterError: there is no such place, or it is a pole, where there is no north.

@@ -9,9 +9,7 @@ from vessel_hsmc_ros.core.kinematics import heading_from_quaternion
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import WORLD, nanoseconds
 
-SHORTEST_QUATERNION = 1e-6
-"""Squared length below which a quaternion does not define an orientation."""
-
+SHORTEST_QUATERNION = 1e-6  # squared length below which a quaternion does not define an orientation
 FARTHEST = 1e5
 """Largest distance of a goal or waypoint from the reference, m: eastings of UTM, and degrees taken for metres, are beyond it."""
 
@@ -23,16 +21,9 @@ def read_goal(
 ) -> tuple[float, float, float, float | None]:
     """Validate and convert a goal pose.
 
-    Args:
-        message: A geometry_msgs/PoseStamped.
-        frames: The frames in which goals are accepted.
-        here: The present position x, y of the reference.
-
-    Returns:
-        x, y, heading and stamp, s; the stamp is None where the message has none (0).
-
-    Raises:
-        GoalError: a number is not finite or too far away, the quaternion has no length, or the message is in another frame.
+    `message`: a geometry_msgs/PoseStamped. `here`: the present position x, y of the reference. Returns x, y, heading and stamp,
+    s; the stamp is None where the message has none (0). Raises GoalError if a number is not finite or too far away, the
+    quaternion has no length, or the message is in another frame.
     """
     _require_frame(message.header.frame_id, frames, "goal")
     position, q = message.pose.position, message.pose.orientation
@@ -51,13 +42,9 @@ def read_goal(
 def read_path(message: Any, frames: Collection[str] = (WORLD,), here: Here = (0.0, 0.0)) -> list[tuple[float, float]]:
     """Validate a path and return its waypoints x, y; orientations are ignored.
 
-    Args:
-        message: A nav_msgs/Path.
-        frames: The frames in which paths are accepted; its poses have the same one, or none.
-        here: The present position x, y of the reference.
-
-    Raises:
-        GoalError: there is no pose, a number is not finite or too far away, or a pose is in another frame.
+    `message`: a nav_msgs/Path. `frames`: the frames in which paths are accepted; its poses have the same one, or none. `here`:
+    the present position x, y of the reference. Raises GoalError if there is no pose, a number is not finite or too far away, or
+    a pose is in another frame.
     """
     _require_frame(message.header.frame_id, frames, "path")
     if not message.poses:

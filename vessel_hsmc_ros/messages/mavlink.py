@@ -11,21 +11,11 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.kinematics import Motion, in_body_frame, wrap
 from vessel_hsmc_ros.core.limits import clip
 
-AXIS = 1000
-"""The largest deflection of MANUAL_CONTROL."""
-
-RELEASED = 0
-"""What RC_CHANNELS_OVERRIDE has for a channel that is given back to the radio."""
-
-UNCHANGED = 65535
-"""What RC_CHANNELS_OVERRIDE has for a channel that it leaves as it is."""
-
-OVERRIDDEN = 8
-"""Channels of the radio for which RC_CHANNELS_OVERRIDE has these two numbers; further ones have others."""
-
-YAW_RATE_AND_THRUST = 0b1000_0011
-"""The type mask of SET_ATTITUDE_TARGET that leaves out attitude, roll rate and pitch rate."""
-
+AXIS = 1000  # the largest deflection of MANUAL_CONTROL
+RELEASED = 0  # what RC_CHANNELS_OVERRIDE has for a channel that is given back to the radio
+UNCHANGED = 65535  # what RC_CHANNELS_OVERRIDE has for a channel that it leaves as it is
+OVERRIDDEN = 8  # channels of the radio for which RC_CHANNELS_OVERRIDE has these two numbers; further ones have others
+YAW_RATE_AND_THRUST = 0b1000_0011  # the type mask of SET_ATTITUDE_TARGET that leaves out attitude, roll rate and pitch rate
 SURFACE_MODES = {
     **{"MANUAL": 0, "ACRO": 1, "STEERING": 3, "HOLD": 4, "LOITER": 5, "FOLLOW": 6, "SIMPLE": 7, "DOCK": 8, "CIRCLE": 9},
     **{"AUTO": 10, "RTL": 11, "SMART_RTL": 12, "GUIDED": 15, "INITIALISING": 16},
@@ -91,9 +81,7 @@ class BootClock:
     def age(self, stamp: float, received: float) -> float:
         """How long before its receipt a message was stamped, s, by the least delay so far.
 
-        Args:
-            stamp: Its time since boot, s.
-            received: Time of its receipt on the steady clock, s.
+        `stamp`: its time since boot, s. `received`: time of its receipt on the steady clock, s.
         """
         back = self._stamp - stamp
         self._behind = self._behind + 1 if back > 0.0 else 0
@@ -111,9 +99,7 @@ class BootClock:
         return None if self._boot == math.inf else now - self._boot
 
 
-FILTER = {1: "attitude", 2: "horizontal velocity", 16: "horizontal position"}
-"""Flags of EKF_STATUS_REPORT that must be set."""
-
+FILTER = {1: "attitude", 2: "horizontal velocity", 16: "horizontal position"}  # flags of EKF_STATUS_REPORT that must be set
 NO_POSITION, UNINITIALISED = 128, 1024
 
 

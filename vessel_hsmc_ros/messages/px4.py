@@ -10,14 +10,9 @@ from typing import Any
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.messages.mavlink import Attitude, Position, motion
 
-OFFBOARD = 14
-"""`nav_state` of the mode in which PX4 takes setpoints of another computer."""
-
-ARMED = 2
-"""`arming_state` with running motors."""
-
-NED, FRD, BODY = 1, 2, 3
-"""Frames: aligned with north, turned from it by some fixed angle, and that of the body."""
+OFFBOARD = 14  # `nav_state` of the mode in which PX4 takes setpoints of another computer
+ARMED = 2  # `arming_state` with running motors
+NED, FRD, BODY = 1, 2, 3  # frames: aligned with north, turned from it by some fixed angle, and that of the body
 
 
 def problem(message: Any) -> str:
@@ -45,9 +40,7 @@ def motion_of(message: Any) -> Motion:
 def attitude_of(q: Sequence[float], rates: Sequence[float]) -> Attitude:
     """Roll, pitch, yaw from north, clockwise, and rates about the axes of the body.
 
-    Args:
-        q: The quaternion w, x, y, z of any length but 0.
-        rates: Rates about the axes of the body, rad/s.
+    `q`: the quaternion w, x, y, z of any length but 0. `rates`: rates about the axes of the body, rad/s.
     """
     w, x, y, z = map(float, q)
     size = w * w + x * x + y * y + z * z

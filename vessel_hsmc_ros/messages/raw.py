@@ -15,9 +15,7 @@ _STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 def message_class(kind: str) -> Any:
     """The class of a type such as `nav_msgs/msg/Odometry`.
 
-    Raises:
-        ImportError: The package is not installed.
-        AttributeError: The package has no such message.
+    Raises ImportError if the package is not installed; AttributeError if the package has no such message.
     """
     package, _, name = kind.split("/")
     return getattr(import_module(f"{package}.msg"), name)
@@ -45,11 +43,9 @@ _DOUBLE, _BITS = struct.Struct("<d"), struct.Struct("<Q")
 def edit(message: Any, field: str, change: str, value: Any) -> None:
     """Change one field of a message in place.
 
-    Args:
-        message: Any object with the fields of a ROS message.
-        field: Its dotted name; an element of an array by its index, such as `pose.covariance.0`.
-        change: `set`, `add`, `scale` or `flip` (a bit of the number's 64).
-        value: The new value, the addend, the factor, or the index of the bit.
+    `message`: any object with the fields of a ROS message. `field`: its dotted name; an element of an array by its index, such
+    as `pose.covariance.0`. `change`: `set`, `add`, `scale` or `flip` (a bit of the number's 64). `value`: the new value, the
+    addend, the factor, or the index of the bit.
     """
     *groups, leaf = field.split(".")
     owner = message
@@ -74,13 +70,8 @@ def _changed(old: Any, change: str, value: Any) -> Any:
 def check_field(kind: str, field: str, owner: str) -> None:
     """Check that a message type has a field that is a floating-point number.
 
-    Args:
-        kind: A type such as `nav_msgs/msg/Odometry`.
-        field: Dotted name of the field.
-        owner: Name of the setting, for the error message.
-
-    Raises:
-        ParameterError: it has no such field.
+    `kind`: a type such as `nav_msgs/msg/Odometry`. `owner`: name of the setting, for the error message. Raises ParameterError
+    if it has no such field.
     """
     value = message_class(kind)()
     try:

@@ -9,12 +9,8 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
-Field = Callable[[str], Any]
-"""Returns a field of all messages, by its dotted name."""
-
-POSITION_VARIANCES = (0, 7)
-"""Those of x and y in the covariance of a pose; filters in the plane put anything into that of z."""
-
+Field = Callable[[str], Any]  # returns a field of all messages, by its dotted name
+POSITION_VARIANCES = (0, 7)  # those of x and y in the covariance of a pose; filters in the plane put anything into that of z
 ODOMETRY = "nav_msgs/msg/Odometry"
 POSE, POSE_COVARIANCE = "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/PoseWithCovarianceStamped"
 TWIST_STAMPED, TWIST = "geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist"
@@ -27,10 +23,7 @@ REFERENCE, CONTROL_STATE = "vessel_hsmc_msgs/msg/ReferenceState", "vessel_hsmc_m
 def columns_of(kind: str, field: Field, child: bool = True) -> dict[str, Array]:
     """The columns of messages of a type; none of a type without any.
 
-    Args:
-        kind: Such as `nav_msgs/msg/Odometry`.
-        field: Returns a field of all messages.
-        child: Whether the type's child frame counts.
+    `kind`: such as `nav_msgs/msg/Odometry`. `child`: whether the type's child frame counts.
     """
     found: dict[str, Array] = {}
     if kind in _STAMPED:
@@ -72,8 +65,7 @@ _NUMBERS = {
     CONTROL_STATE: {"operation": "operation", "reason": "reason"},
 }
 
-KNOWN = (*_STAMPED, TWIST, NUMBER, PULSE)
-"""The types of which columns are made."""
+KNOWN = (*_STAMPED, TWIST, NUMBER, PULSE)  # the types of which columns are made
 
 
 def _pose(field: Field, prefix: str) -> dict[str, Array]:

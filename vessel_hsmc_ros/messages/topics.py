@@ -9,9 +9,7 @@ from functools import cache
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.install_paths import prefixes, share_directory
 
-EVENTS = "events"
-"""Calls of services, changed parameters, accepted goals and paths, of all nodes of a vessel."""
-
+EVENTS = "events"  # calls of services, changed parameters, accepted goals and paths, of all nodes of a vessel
 RECORDED_TOPICS = {
     "odom": "nav_msgs/msg/Odometry",
     "odom/truth": "nav_msgs/msg/Odometry",
@@ -33,12 +31,8 @@ RECORDED_TOPICS = {
     "/parameter_events": "rcl_interfaces/msg/ParameterEvent",
 }
 
-RELAYED = "relayed/"
-"""Prefix of the topics on which the relay of scripted faults passes messages on."""
-
-THRUSTER_DEMAND = "std_msgs/msg/Float64"
-"""Type of the demands below `thrusters/`."""
-
+RELAYED = "relayed/"  # prefix of the topics on which the relay of scripted faults passes messages on
+THRUSTER_DEMAND = "std_msgs/msg/Float64"  # type of the demands below `thrusters/`
 FOREIGN_TOPICS = ("goal_pose", "path")
 """Recorded topics that other programs publish; their stamps need not be in the time of the run."""
 
@@ -69,17 +63,14 @@ def message_type(topic: str) -> str:
 
 SEPARATOR = "\n" + "=" * 80 + "\nMSG: "
 
-OWN = "vessel_hsmc_msgs"
-"""The package whose messages this one brings along, for a machine on which they are not built."""
-
+OWN = "vessel_hsmc_msgs"  # the package whose messages this one brings along, for a machine on which they are not built
 _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 
 
 def definition(kind: str) -> str:
     """The definition of a type such as `nav_msgs/msg/Odometry`, followed by each type that it uses, once and depth first.
 
-    Raises:
-        BagError: a type is not installed.
+    Raises BagError if a type is not installed.
     """
     package, _, name = kind.split("/")
     seen = [f"{package}/{name}"]

@@ -22,13 +22,8 @@ WGS84 = ("urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "urn:ogc
 def read_geojson(document: dict[str, Any], source: Source, route: str | None = None) -> Mission:
     """One route of a document, its fences and areas.
 
-    Args:
-        document: The document.
-        source: For error messages.
-        route: Name of the route; None for the only one.
-
-    Raises:
-        ScenarioError: it is not GeoJSON in latitude and longitude, has no such route, or a position is no number or out of range.
+    `route`: name of the route; None for the only one. Raises ScenarioError if it is not GeoJSON in latitude and longitude, has
+    no such route, or a position is no number or out of range.
     """
     _require_degrees(document.get("crs"), source)
     routes: list[tuple[str, list[MissionPoint]]] = []
@@ -69,8 +64,7 @@ def _require_degrees(crs: Any, source: Source) -> None:
         raise source.error(f"crs must be WGS 84, {WGS84[0]} (got {str(name)[:60]})")
 
 
-Geometry = tuple[str, str, list[Any], dict[str, Any]]
-"""What it is in the file, type, coordinates and properties."""
+Geometry = tuple[str, str, list[Any], dict[str, Any]]  # what it is in the file, type, coordinates and properties
 
 
 def _geometries(document: dict[str, Any], source: Source) -> Iterator[Geometry]:

@@ -17,13 +17,8 @@ from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 def read_gpx(content: bytes, source: Source, route: str | None = None) -> Mission:
     """One route or track of a file.
 
-    Args:
-        content: The file.
-        source: For error messages.
-        route: Name of the route; None for the only one.
-
-    Raises:
-        ScenarioError: it is not GPX, has no such route, or a position is no number or out of range.
+    `route`: name of the route; None for the only one. Raises ScenarioError if it is not GPX, has no such route, or a position
+    is no number or out of range.
     """
     try:
         root = fromstring(content)

@@ -1,6 +1,7 @@
 """The legs of a mission in metres: a part of them, how far a vessel has come on them, and the parameters that sail them.
 
-Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies.
+Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies. Whether the legs stay within the mission's
+own fence shows by crossings of a ray, for polygons, and by crossings of their sides.
 """
 
 import cmath
@@ -8,23 +9,21 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.kinematics import TURN
-from vessel_hsmc_ros.missions.fence_check import breaches
 from vessel_hsmc_ros.missions.mission import Fence, Mission, MissionPoint, Refused
 from vessel_hsmc_ros.reference.planned_track import PlannedTrack, outline
 
 Array = NDArray[np.float64]
 
-ROOM = 0.5
-"""Share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut."""
-
-OUTLINE_POINTS = 2000
-"""Points of a planned way that are compared with a fence."""
+ROOM = 0.5  # share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut
+OUTLINE_POINTS = 2000  # points of a planned way that are compared with a fence
+MARGIN = 1e-6  # distance from a side, m, within which a leg along it is inside
 
 
 def positions(points: Sequence[MissionPoint]) -> list[complex]:
@@ -35,14 +34,9 @@ def positions(points: Sequence[MissionPoint]) -> list[complex]:
 def part_of(mission: Mission, legs: str) -> Mission:
     """The mission with some of its legs, begun at the waypoint before the first of them.
 
-    The vessel passes over that waypoint, so that the leg is sailed from its beginning on.
-
-    Args:
-        mission: The mission, in metres.
-        legs: A number, `7`; a range, `7-9`; or all from one on, `7-`.
-
-    Raises:
-        ParameterError: it is none of them, or there is no such leg.
+    The vessel passes over that waypoint, so that the leg is sailed from its beginning on. `mission`: the mission, in metres.
+    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`. Raises ParameterError if it is none of them, or there is no
+    such leg.
     """
     found, count = re.fullmatch(r"(\d{1,9})(-(\d{1,9})?)?", legs.strip()), len(mission.points)
     first = int(found[1]) if found else 0
@@ -60,12 +54,8 @@ def completed(mission: Mission, track: Array, least_room: float) -> int:
     """How many of the first legs a vessel has completed, in their order.
 
     A leg is completed when the vessel crosses the line that halves the corner at its end, near to it; the last one when the
-    vessel has come to its end.
-
-    Args:
-        mission: The mission, in metres.
-        track: x, y of the vessel, (n, 2) m.
-        least_room: Distance within which it passes a waypoint however short the legs are, m.
+    vessel has come to its end. `mission`: the mission, in metres. `track`: x, y of the vessel, (n, 2) m. `least_room`: distance
+    within which it passes a waypoint however short the legs are, m.
     """
     points, k = positions(mission.points), 0
     q = track[:, 0] + 1j * track[:, 1]
@@ -97,8 +87,7 @@ def _length(points: Sequence[complex], k: int, begin: complex) -> float:
 def leaving_fence(mission: Mission) -> list[Refused]:
     """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence.
 
-    Raises:
-        ScenarioError: it has neither.
+    Raises ScenarioError if it has neither.
     """
     if mission.points:
         return breaches(positions(mission.points), mission.fences, [point.item for point in mission.points])
@@ -152,14 +141,9 @@ def parameters_of(mission: Mission) -> dict[str, object]:
 def survey_of(mission: Mission, swath: float, along: float, speed: float | None) -> dict[str, object]:
     """The parameters of the reference ship that survey the area of a mission.
 
-    Args:
-        mission: The mission, in metres.
-        swath: Width that a leg covers, m.
-        along: Direction of the legs, rad, counter-clockwise from x.
-        speed: On the legs, m/s; None for that of the scenario.
-
-    Raises:
-        ScenarioError: it has no area, or several.
+    `mission`: the mission, in metres. `swath`: width that a leg covers, m. `along`: direction of the legs, rad,
+    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario. Raises ScenarioError if it has no area,
+    or several.
     """
     if len(mission.areas) != 1:
         raise ScenarioError(f"--swath must be given with a file of one polygon that is no fence (got {len(mission.areas)})")
@@ -176,9 +160,7 @@ def survey_of(mission: Mission, swath: float, along: float, speed: float | None)
 def table_of(mission: Mission, first: int) -> list[list[str]]:
     """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y).
 
-    Args:
-        mission: The mission, in metres.
-        first: Number of its first waypoint.
+    `mission`: the mission, in metres. `first`: number of its first waypoint.
     """
     rows, points = [], positions(mission.points)
     for k, point in enumerate(mission.points):
@@ -189,3 +171,72 @@ def table_of(mission: Mission, first: int) -> list[list[str]]:
         speed, hold = f"{point.speed:.3g}" if point.speed else "-", f"{point.hold:g}" if point.hold else "-"
         rows.append([str(first + k), point.name or point.item, point.corner, *numbers, speed, time, hold])
     return rows
+
+
+def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
+    """The legs that leave an area to stay in, or enter one to stay out of.
+
+    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m.
+    """
+    found = []
+    for fence in fences:
+        legs = zip(items[1:], pairwise(points), strict=True)
+        wrong = [item for item, (a, b) in legs if not _keeps(a, b, fence)]
+        if len(points) == 1 and _inside(points[0], fence) != fence.inside:
+            wrong = [items[0]]
+        if wrong:
+            what = "leaves the area to stay in" if fence.inside else "enters the area to stay out of"
+            more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+            found.append(Refused(wrong[0], f"its leg{more}", f"it {what}, {fence.item}"))
+    return found
+
+
+def _keeps(a: complex, b: complex, fence: Fence) -> bool:
+    """Whether a leg stays inside, or outside."""
+    if fence.radius:
+        (center,) = (complex(*corner) for corner in fence.corners)
+        if fence.inside:  # the end that is farther away
+            return max(abs(a - center), abs(b - center)) <= fence.radius
+        return _distance(center, a, b) >= fence.radius
+    # Between two crossings of sides a leg is inside or outside as a whole.
+    cuts = sorted({0.0, 1.0, *(t for c, d in _sides(fence) if (t := _crossing(a, b, c, d)) is not None)})
+    parts = [0.0, 1.0, *(0.5 * (first + last) for first, last in pairwise(cuts))]
+    return all(_inside(a + t * (b - a), fence) == fence.inside for t in parts)
+
+
+def _sides(fence: Fence) -> list[tuple[complex, complex]]:
+    corners = [complex(*corner) for corner in fence.corners]
+    return [*zip(corners, [*corners[1:], corners[0]], strict=True)]
+
+
+def _inside(p: complex, fence: Fence) -> bool:
+    """Whether a point is inside; one on the side of an area is as it has to be."""
+    if fence.radius:
+        return abs(p - complex(*fence.corners[0])) <= fence.radius
+    sides = _sides(fence)
+    if min(_distance(p, c, d) for c, d in sides) <= MARGIN:
+        return fence.inside
+    crossed = [
+        (c.imag > p.imag) != (d.imag > p.imag) and p.real < (d.real - c.real) * (p.imag - c.imag) / (d.imag - c.imag) + c.real
+        for c, d in sides
+    ]
+    return sum(crossed) % 2 == 1
+
+
+def _distance(p: complex, a: complex, b: complex) -> float:
+    """The distance of a point from a line between two others, m."""
+    way = b - a
+    if not way:
+        return abs(p - a)
+    along = ((p - a) * way.conjugate()).real / abs(way) ** 2
+    return abs(p - a - min(max(along, 0.0), 1.0) * way)
+
+
+def _crossing(a: complex, b: complex, c: complex, d: complex) -> float | None:
+    """Where a side crosses a leg, as a share of the leg; None where it does not, or is parallel to it."""
+    leg, side = b - a, d - c
+    area = (leg.conjugate() * side).imag
+    if not area:
+        return None
+    t, s = ((c - a).conjugate() * side).imag / area, ((c - a).conjugate() * leg).imag / area
+    return t if 0.0 <= t <= 1.0 and 0.0 <= s <= 1.0 else None

@@ -23,9 +23,7 @@ from vessel_hsmc_ros.missions.mission import MAX_POINTS, Fence, Mission, Mission
 
 WAYPOINT, LOITER, LOITER_TIME, DELAY, JUMP, SPEED = 16, 17, 19, 93, 177, 178
 
-GLOBAL_FRAMES = (0, 3, 5, 6, 10, 11)
-"""Frames with latitude and longitude, which differ in the altitude."""
-
+GLOBAL_FRAMES = (0, 3, 5, 6, 10, 11)  # frames with latitude and longitude, which differ in the altitude
 REFUSED = {
     18: ("NAV_LOITER_TURNS", "circles are not legs; give the circle as waypoints"),
     20: ("NAV_RETURN_TO_LAUNCH", "the way home is not in the file; give it as waypoints"),
@@ -173,11 +171,7 @@ class _Reader:
 
 
 def mission_of(items: Sequence[MavItem], source: Source) -> Mission:
-    """The mission of a sequence of items.
-
-    Raises:
-        ScenarioError: a place, speed or hold is no number, or out of range.
-    """
+    """The mission of a sequence of items. Raises ScenarioError if a place, speed or hold is no number, or out of range."""
     reader = _Reader(source)
     for one in _unrolled(items, reader):
         reader.read(one)

@@ -8,38 +8,23 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import number_of
 
-Pair = tuple[float, float]
-"""Latitude and longitude, degrees, or x and y, m."""
-
+Pair = tuple[float, float]  # latitude and longitude, degrees, or x and y, m
 CORNERS = ("through", "over", "stop")
 
-KNOT = 1852.0 / 3600.0
-"""m/s"""
-
-MAX_POINTS = 20_000
-"""Waypoints of the largest mission; the reference plans some thousands in seconds."""
+KNOT = 1852.0 / 3600.0  # m/s
+MAX_POINTS = 20_000  # waypoints of the largest mission; the reference plans some thousands in seconds
 
 
 class MissionPoint(NamedTuple):
-    """A waypoint.
+    """A waypoint."""
 
-    Attributes:
-        place: Where it is.
-        item: What it is in its file, such as `item 5`.
-        speed: On the leg to it, m/s; 0 for the usual one.
-        hold: Time at rest there, s.
-        heading: At rest there, rad, counter-clockwise from east or x; None for any.
-        corner: One of `CORNERS`.
-        name: Empty for none.
-    """
-
-    place: Pair
-    item: str
-    speed: float = 0.0
-    hold: float = 0.0
-    heading: float | None = None
-    corner: str = "through"
-    name: str = ""
+    place: Pair  # where it is
+    item: str  # what it is in its file, such as `item 5`
+    speed: float = 0.0  # on the leg to it, m/s; 0 for the usual one
+    hold: float = 0.0  # time at rest there, s
+    heading: float | None = None  # at rest there, rad, counter-clockwise from east or x; None for any
+    corner: str = "through"  # one of `CORNERS`
+    name: str = ""  # empty for none
 
 
 class Fence(NamedTuple):
@@ -64,28 +49,18 @@ class Refused(NamedTuple):
 
 @dataclass(frozen=True)
 class Mission:
-    """A mission as its file has it.
+    """A mission as its file has it."""
 
-    Attributes:
-        points: The waypoints.
-        geographic: Whether places are latitudes and longitudes, not metres.
-        fences, rally: Areas, and places to return to.
-        areas: Polygons that are neither fence nor route: they can be surveyed.
-        refused: Items that cannot be sailed.
-        left_out: Items that do not move the vessel, such as those of a camera.
-        home: Of the planner; None where it has none.
-        routes: Names of all routes of the file.
-    """
-
-    points: tuple[MissionPoint, ...] = ()
-    geographic: bool = True
+    points: tuple[MissionPoint, ...] = ()  # the waypoints
+    geographic: bool = True  # whether places are latitudes and longitudes, not metres
+    # fences, rally: areas, and places to return to
     fences: tuple[Fence, ...] = ()
     rally: tuple[Pair, ...] = ()
-    areas: tuple[Fence, ...] = ()
-    refused: tuple[Refused, ...] = ()
-    left_out: tuple[Refused, ...] = ()
-    home: Pair | None = None
-    routes: tuple[str, ...] = field(default=())
+    areas: tuple[Fence, ...] = ()  # polygons that are neither fence nor route: they can be surveyed
+    refused: tuple[Refused, ...] = ()  # items that cannot be sailed
+    left_out: tuple[Refused, ...] = ()  # items that do not move the vessel, such as those of a camera
+    home: Pair | None = None  # of the planner; None where it has none
+    routes: tuple[str, ...] = field(default=())  # names of all routes of the file
 
 
 def with_stops(mission: Mission) -> Mission:
@@ -108,8 +83,7 @@ def with_stops(mission: Mission) -> Mission:
 class Source:
     """A file whose values are checked as they are read.
 
-    Args:
-        title: What error messages call it, such as `mission file a.plan`.
+    `title`: what error messages call it, such as `mission file a.plan`.
     """
 
     def __init__(self, title: str) -> None:
@@ -120,11 +94,7 @@ class Source:
         return ScenarioError(f"{self.title}: {message}")
 
     def number(self, value: Any, what: str, low: float = -math.inf, high: float = math.inf) -> float:
-        """A finite number within a range, also from a text.
-
-        Raises:
-            ScenarioError: it is none, or out of range.
-        """
+        """A finite number within a range, also from a text. Raises ScenarioError if it is none, or out of range."""
         try:
             found = math.nan if isinstance(value, bool) or value is None else number_of(str(value).strip())
         except (ValueError, OverflowError):
@@ -136,11 +106,7 @@ class Source:
         return found
 
     def whole(self, value: Any, what: str, low: int, high: int) -> int:
-        """A whole number within a range.
-
-        Raises:
-            ScenarioError: it is none, or out of range.
-        """
+        """A whole number within a range. Raises ScenarioError if it is none, or out of range."""
         found = self.number(value, what, low, high)
         if not found.is_integer():
             raise self.error(f"{what} must be a whole number (got {_shown(value)})")
@@ -156,21 +122,13 @@ class Source:
         return None if unset else self.number(value, what)
 
     def place(self, value: Any, what: str) -> Pair:
-        """A latitude and a longitude, degrees, from a list that begins with them.
-
-        Raises:
-            ScenarioError: it is none.
-        """
+        """A latitude and a longitude, degrees, from a list that begins with them. Raises ScenarioError if it is none."""
         if not isinstance(value, Sequence) or isinstance(value, str) or len(value) < 2:
             raise self.error(f"{what} must be a list of latitude and longitude (got {_shown(value)})")
         return self.degrees(value[0], value[1], what)
 
     def degrees(self, latitude: Any, longitude: Any, what: str) -> Pair:
-        """A latitude and a longitude, degrees.
-
-        Raises:
-            ScenarioError: one is no number, or out of range.
-        """
+        """A latitude and a longitude, degrees. Raises ScenarioError if one is no number, or out of range."""
         north = self.number(latitude, f"{what}: latitude")
         east = self.number(longitude, f"{what}: longitude")
         if not (abs(north) < 90.0 and abs(east) <= 180.0):
@@ -182,21 +140,13 @@ class Source:
         return north, east
 
     def mapping(self, value: Any, what: str) -> dict[str, Any]:
-        """A JSON object.
-
-        Raises:
-            ScenarioError: it is none.
-        """
+        """A JSON object. Raises ScenarioError if it is none."""
         if not isinstance(value, dict):
             raise self.error(f"{what} must be an object (got {_shown(value)})")
         return value
 
     def rows(self, value: Any, what: str) -> list[Any]:
-        """A JSON list.
-
-        Raises:
-            ScenarioError: it is none, or too long.
-        """
+        """A JSON list. Raises ScenarioError if it is none, or too long."""
         if not isinstance(value, list):
             raise self.error(f"{what} must be a list (got {_shown(value)})")
         if len(value) > MAX_POINTS:
@@ -206,12 +156,8 @@ class Source:
     def chosen(self, names: Iterable[str], route: str | None) -> int:
         """The number of the route to read of several.
 
-        Args:
-            names: The routes of the file.
-            route: The name that was given; None for the only one.
-
-        Raises:
-            ScenarioError: there is none of that name, or several and no name.
+        `route`: the name that was given; None for the only one. Raises ScenarioError if there is none of that name, or several
+        and no name.
         """
         known = list(names)
         shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")

@@ -23,11 +23,7 @@ class Placed:
 
 
 def datum_of(text: str) -> Pair:
-    """Read a datum, `latitude,longitude`.
-
-    Raises:
-        ParameterError: it is none.
-    """
+    """Read a datum, `latitude,longitude`. Raises ParameterError if it is none."""
     try:
         latitude, longitude = map(float, text.split(","))
     except ValueError:
@@ -45,14 +41,9 @@ def datum_of(text: str) -> Pair:
 def placed(mission: Mission, datum: Pair | None, title: str) -> Placed:
     """The mission in metres.
 
-    Args:
-        mission: As it was read.
-        datum: Latitude and longitude, degrees; None for the planner's home, or the first waypoint where there is none.
-        title: What error messages call the file.
-
-    Raises:
-        ScenarioError: a place is too far from the datum, or 0, 0.
-        ParameterError: the mission is in metres, and there is a datum.
+    `datum`: latitude and longitude, degrees; None for the planner's home, or the first waypoint where there is none. Raises
+    ScenarioError if a place is too far from the datum, or 0, 0; ParameterError if the mission is in metres, and there is a
+    datum.
     """
     if not mission.geographic:
         if datum is not None:
@@ -102,11 +93,7 @@ def _places(mission: Mission) -> Iterable[tuple[str, Pair]]:
 
 
 def _check(plane: Plane, place: Pair, item: str, title: str, origin: str = "the datum") -> None:
-    """Refuse a place that is not near to the datum.
-
-    Raises:
-        ScenarioError: it is too far away, or 0, 0.
-    """
+    """Refuse a place that is not near to the datum. Raises ScenarioError if it is too far away, or 0, 0."""
     if _is_null_island(place):
         raise ScenarioError(_null(item, place, title))
     distance = plane.distance(*place)

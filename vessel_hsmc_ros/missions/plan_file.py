@@ -11,9 +11,7 @@ from typing import Any
 from vessel_hsmc_ros.missions.mavlink_items import SPEED, WAYPOINT, MavItem, mission_of
 from vessel_hsmc_ros.missions.mission import Fence, Mission, Refused, Source
 
-SURVEYS = ("survey", "CorridorScan")
-"""Complex items that are legs of waypoints."""
-
+SURVEYS = ("survey", "CorridorScan")  # complex items that are legs of waypoints
 MAX_COMMAND = 65535
 
 COMMANDS = {
@@ -41,8 +39,7 @@ COMMANDS = {
 def read_plan(document: dict[str, Any], source: Source) -> Mission:
     """The mission of a .plan file.
 
-    Raises:
-        ScenarioError: it is not complete, or a value of it is of another kind or out of range.
+    Raises ScenarioError if it is not complete, or a value of it is of another kind or out of range.
     """
     source.whole(document.get("version", 1), "version", 1, 1)
     mission = source.mapping(document.get("mission"), "mission")
@@ -140,8 +137,7 @@ def _inclusion(fence: dict[str, Any], what: str, source: Source) -> bool:
 def read_cockpit(document: dict[str, Any], source: Source) -> Mission:
     """The mission of a file by Cockpit; its cruise speed is that of the legs without one.
 
-    Raises:
-        ScenarioError: it is not complete, or a value of it is of another kind or out of range.
+    Raises ScenarioError if it is not complete, or a value of it is of another kind or out of range.
     """
     settings = source.mapping(document.get("settings", {}), "settings")
     cruise, items = settings.get("defaultCruiseSpeed"), []

@@ -10,15 +10,13 @@ SPEEDS = {"speed": 1.0, "speed_kn": KNOT}
 HEADINGS = ("heading", "heading_deg", "compass_deg")
 """Counter-clockwise from east or x, rad and degrees, and clockwise from north, degrees."""
 
-NAMES = (*SPEEDS, "hold", *HEADINGS, "corner", "name")
-"""What a waypoint may have besides its place."""
+NAMES = (*SPEEDS, "hold", *HEADINGS, "corner", "name")  # what a waypoint may have besides its place
 
 
 def with_properties(place: Pair, item: str, values: Mapping[str, Any], source: Source) -> MissionPoint:
     """A waypoint with what is named; an empty text is nothing.
 
-    Raises:
-        ScenarioError: a value is of another kind or out of range, or two name the same thing.
+    Raises ScenarioError if a value is of another kind or out of range, or two name the same thing.
     """
     given = {name: value for name, value in values.items() if value is not None and str(value).strip() != ""}
     for group in (tuple(SPEEDS), HEADINGS):

@@ -20,13 +20,8 @@ FORMATS = "QGroundControl's .plan, .waypoints, Cockpit's missions, GPX, GeoJSON 
 def read_mission(path: Path, route: str | None = None) -> Mission:
     """Read a mission.
 
-    Args:
-        path: The file.
-        route: Name of the route, of several in a GPX or GeoJSON file.
-
-    Raises:
-        ScenarioError: it cannot be read, or is of another format, or a value of it is of another kind or out of range; the
-            message names the item.
+    `route`: name of the route, of several in a GPX or GeoJSON file. Raises ScenarioError if it cannot be read, or is of another
+    format, or a value of it is of another kind or out of range; the message names the item.
     """
     source = Source(f"mission file {path}")
     try:

@@ -32,11 +32,7 @@ FARTHEST = 1e6
 
 
 def read_table(text: str, source: Source) -> Mission:
-    """The mission of a table.
-
-    Raises:
-        ScenarioError: a column is unknown or missing, or a value is no number or out of range.
-    """
+    """The mission of a table. Raises ScenarioError if a column is unknown or missing, or a value is no number or out of range."""
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
         raise source.error("it is empty")
@@ -53,11 +49,7 @@ def read_table(text: str, source: Source) -> Mission:
 
 
 def _columns(names: list[str], line: int, source: Source) -> list[str]:
-    """What each column is.
-
-    Raises:
-        ScenarioError: as `read_table`.
-    """
+    """What each column is. Raises ScenarioError as `read_table`."""
     columns = [PLACES.get(name.lower(), name.lower()) for name in names]
     unknown = [name for name, column in zip(names, columns, strict=True) if column not in (*PLACES, *NAMES, *UNUSED)]
     places = {"latitude", "longitude"} & {*columns}, {"x", "y"} & {*columns}

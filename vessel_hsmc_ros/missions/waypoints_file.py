@@ -14,11 +14,7 @@ VERSIONS = ("110", "120")
 
 
 def read_lines(text: str, source: Source) -> Mission:
-    """The mission of such a file.
-
-    Raises:
-        ScenarioError: a line is not of twelve numbers, or a number is out of range.
-    """
+    """The mission of such a file. Raises ScenarioError if a line is not of twelve numbers, or a number is out of range."""
     head, *lines = text.splitlines()
     if head.split()[2:] not in ([version] for version in VERSIONS):
         raise source.error(f"line 1 must be {HEAD} {' or '.join(VERSIONS)} (got {head[:40]})")

@@ -30,20 +30,14 @@ if TYPE_CHECKING:
     from rclpy.subscription import Subscription
 
 
-SEND_LIMIT = 2.0
-"""Longest wait for a subscriber whose queue is full, s."""
-
+SEND_LIMIT = 2.0  # longest wait for a subscriber whose queue is full, s
 __all__ = ["ERROR", "OK", "WARN", "WATCHER_NICENESS", "DiagnosticTask", "VesselNode"]
 
 LEVEL_PERIOD = 0.1
 """Longest delay of the diagnostics after the level of a task has changed, s; without a change they come every second."""
 
-WARNING_PERIOD = 5.0
-"""Least time between two warnings of the same missing connection, s."""
-
-WATCHER_NICENESS = 10
-"""Niceness of the nodes that only observe a run: the control loop has priority where cores are scarce."""
-
+WARNING_PERIOD = 5.0  # least time between two warnings of the same missing connection, s
+WATCHER_NICENESS = 10  # niceness of the nodes that only observe a run: the control loop has priority where cores are scarce
 LAST_COMMANDS = 3
 """How often a node sends zero before it leaves the actuators to others, as in standby and at its end: a message may be lost."""
 
@@ -71,10 +65,7 @@ class VesselNode(Node, metaclass=Whole):
 
     A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
     `on_connected`. In lockstep, `stamp` is the simulated time of its latest step, ns, with which diagnostics are stamped.
-
-    Args:
-        command_line: That of the node's process; its rules give the parameters.
-        options: Of rclpy's node.
+    `command_line`: that of the node's process; its rules give the parameters. `options`: of rclpy's node.
 
     Raises:
         ParameterError: a parameter is unknown or out of range.
@@ -134,14 +125,9 @@ class VesselNode(Node, metaclass=Whole):
         """Create a publisher; the node starts its work only when the subscribers of the topic are connected.
 
         In lockstep, one of them must belong to a node that publishes the topic `partner`, such as the controller for the plant.
-        Further subscribers receive every message too, but do not start the node.
-
-        Args:
-            kind: Message class.
-            topic: Name relative to the node's namespace.
-            profile: Quality of service.
-            partner: A topic that the node of one of the subscribers must publish, or several of which it must publish one; empty
-                if any subscriber is sufficient.
+        Further subscribers receive every message too, but do not start the node. `topic`: name relative to the node's
+        namespace. `partner`: a topic that the node of one of the subscribers must publish, or several of which it must publish
+        one; empty if any subscriber is sufficient.
         """
         publisher = self.create_publisher(kind, topic, profile)
         partners = (partner,) if isinstance(partner, str) else partner
@@ -152,13 +138,9 @@ class VesselNode(Node, metaclass=Whole):
     def listen(self, kind: Any, topic: str, callback: Callable[[Any], None], profile: QoSProfile, raw: bool = False) -> None:
         """Subscribe to a topic whose messages drive the node.
 
-        In lockstep the subscription is created only when the topic has a publisher. It is then connected as soon as the publisher
-        discovers it, so that a publisher that waits for its subscribers loses no message to one that is half connected.
-
-        Args:
-            topic: Name relative to the node's namespace.
-            profile: Quality of service.
-            raw: Whether the callback takes serialised messages.
+        In lockstep the subscription is created only when the topic has a publisher. It is then connected as soon as the
+        publisher discovers it, so that a publisher that waits for its subscribers loses no message to one that is half
+        connected. `topic`: name relative to the node's namespace. `raw`: whether the callback takes serialised messages.
         """
         if self.parameters.lockstep:
             self.connections.add_subscription(Awaited(kind, topic, callback, profile, raw))
@@ -183,8 +165,7 @@ class VesselNode(Node, metaclass=Whole):
     def send(self, publisher: Publisher, message: Any) -> None:
         """Publish a message; in lockstep, where none may be lost, wait for a slow subscriber.
 
-        Raises:
-            BackpressureError: the queue of a subscriber was full for longer than SEND_LIMIT.
+        Raises BackpressureError if the queue of a subscriber was full for longer than SEND_LIMIT.
         """
         # A reliable publisher that keeps all messages refuses one while a queue is full: DDS blocks for a while, then it fails.
         deadline = time.monotonic() + SEND_LIMIT
@@ -223,11 +204,8 @@ class VesselNode(Node, metaclass=Whole):
     def retune(self, parameters: Any) -> None:
         """Apply changed tunable parameters.
 
-        Args:
-            parameters: An instance of PARAMETERS with the new values, each within its range.
-
-        Raises:
-            ParameterError: the combination is not allowed; the node then keeps its present parameters.
+        `parameters`: an instance of PARAMETERS with the new values, each within its range. Raises ParameterError if the
+        combination is not allowed; the node then keeps its present parameters.
         """
 
     def close(self) -> None:
@@ -310,9 +288,6 @@ def refuse_failed_requests(node: Node, services: Iterable[Service]) -> None:
 
     rclpy raises for a transition that the present state does not have, and for a parameter of an unknown type: whoever
     requested that would end the node.
-
-    Args:
-        services: Those of rclpy.
     """
     for service in services:
         service.callback = partial(_answer, node, service.srv_name, service.callback)

@@ -18,20 +18,17 @@ from vessel_hsmc_ros.safety.samples import Freshness, Sample
 
 Command = tuple[float, float]
 
-NO_COMMAND = "no recent command on"
-"""How the problem of a node begins to which nothing is commanded."""
+NO_COMMAND = "no recent command on"  # how the problem of a node begins to which nothing is commanded
 
 
 class CommandInput:
     """The latest command that a node may carry out.
 
-    A command counts if it was received within the time-out and is stamped within it, later than the last one taken, in the frame
-    of the body, and finite; and while its topic has one publisher. All others are refused, counted and logged. Messages are aged
-    by the steady clock, on simulated time by the clock of the node, and in lockstep by the stamps of the steps.
-
-    Args:
-        node: The node that carries out the commands; its `stamp` is the present time in lockstep.
-        timeout: Age from which on a command does not count, s.
+    A command counts if it was received within the time-out and is stamped within it, later than the last one taken, in the
+    frame of the body, and finite; and while its topic has one publisher. All others are refused, counted and logged. Messages
+    are aged by the steady clock, on simulated time by the clock of the node, and in lockstep by the stamps of the steps.
+    `node`: the node that carries out the commands; its `stamp` is the present time in lockstep. `timeout`: age from which on a
+    command does not count, s.
     """
 
     def __init__(self, node: VesselNode, topic: str, timeout: float) -> None:
@@ -50,11 +47,8 @@ class CommandInput:
     def take(self, message: WrenchStamped) -> bool:
         """Take a command, or refuse it with a reason in the log.
 
-        Returns:
-            Whether it was taken.
-
-        Raises:
-            SimulationError: it is refused in lockstep, where the run cannot go on without it.
+        Returns whether it was taken. Raises SimulationError if it is refused in lockstep, where the run cannot go on without
+        it.
         """
         now, received = self._times()
         wrench = conversions.read_wrench(message)

@@ -2,8 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-LARGEST = 3.4e38
-"""The largest magnitude that counts as finite: autopilots take commands in single precision."""
+LARGEST = 3.4e38  # the largest magnitude that counts as finite: autopilots take commands in single precision
 
 
 def is_finite(command: Sequence[float]) -> bool:
@@ -12,12 +11,7 @@ def is_finite(command: Sequence[float]) -> bool:
 
 
 def finite(command: tuple[float, ...], report: Callable[[str], None]) -> tuple[float, ...]:
-    """A command of finite numbers as it is; any other is reported, and zero takes its place.
-
-    Args:
-        command: What is about to be sent.
-        report: Takes what is wrong.
-    """
+    """A command of finite numbers as it is; any other is reported, and zero takes its place."""
     if is_finite(command):
         return command
     report(f"the output must be finite numbers (got {', '.join(map(str, command))}): zero is sent")

@@ -30,9 +30,7 @@ from vessel_hsmc_ros.scenario.interfaces import Interface
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS
 
-OWN = ("controller", "drive", "navsat_odom")
-"""The nodes whose topics make a connection."""
-
+OWN = ("controller", "drive", "navsat_odom")  # the nodes whose topics make a connection
 SETTLED, GRAPH_LIMIT = 0.7, 5.0
 """Time without a change after which the ROS graph counts as complete, and the longest wait for that, s."""
 
@@ -40,15 +38,13 @@ COLLECTED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST, depth=500, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
 )
 
-PULSE, PAUSE, PULSE_RATE = 2.0, 2.0, 20.0
-"""Length of a pulse and of the pause after it, s, and the rate of its commands, Hz."""
+PULSE, PAUSE, PULSE_RATE = 2.0, 2.0, 20.0  # length of a pulse and of the pause after it, s, and the rate of its commands, Hz
 
 
 class LiveConnection:
     """Observes a connection for a while.
 
-    Args:
-        stack: The interface of the stack, if one is given: it stands for nodes that do not run.
+    `stack`: the interface of the stack, if one is given: it stands for nodes that do not run.
     """
 
     def __init__(self, remote: Remote, stack: Interface | None = None) -> None:
@@ -152,15 +148,10 @@ class LiveConnection:
     def pulse(self, ahead: float, turn: float) -> None:
         """Command a pulse of force, then one of moment, and then nothing, so that the time-out of the drives is tried as well.
 
-        Where the drive commands velocities, they are pulsed on its topic, which it leaves to others while nothing is commanded to
-        it, and zero is commanded before and after each.
-
-        Args:
-            ahead: Surge force, N, or surge speed, m/s.
-            turn: Yaw moment, N·m, or yaw rate, rad/s.
-
-        Raises:
-            RunError: another node commands, nothing takes the command, or a velocity is above its limit.
+        Where the drive commands velocities, they are pulsed on its topic, which it leaves to others while nothing is commanded
+        to it, and zero is commanded before and after each. `ahead`: surge force, N, or surge speed, m/s. `turn`: yaw moment,
+        N·m, or yaw rate, rad/s. Raises RunError if another node commands, nothing takes the command, or a velocity is above its
+        limit.
         """
         roles = {role.name: role for role in self.connection().roles}
         role = roles["output" if self._by_velocity else "command"]

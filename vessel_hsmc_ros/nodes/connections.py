@@ -37,9 +37,7 @@ class Awaited(NamedTuple):
 class Connections:
     """The connections that a node waits for at its start.
 
-    Args:
-        node: The node that publishes and subscribes.
-        recorded: Whether the recorder must read every topic that the node publishes.
+    `recorded`: whether the recorder must read every topic that the node publishes.
 
     Attributes:
         subscriptions: Those created so far by `add_subscription`.
@@ -96,8 +94,7 @@ class Connections:
     def missing_reader(self, publisher: Publisher, *partners: str) -> str:
         """Describe the subscriber that a publisher still waits for; empty when all subscribers of the graph are connected.
 
-        Args:
-            partners: Full names of topics, of which the node of one of the subscribers must publish one; none if any will do.
+        `partners`: full names of topics, of which the node of one of the subscribers must publish one; none if any will do.
         """
         if not (partners or self._recorded):
             return ""
@@ -122,16 +119,13 @@ def _node_of(endpoint: Any) -> tuple[str, str]:
     return endpoint.node_namespace, endpoint.node_name
 
 
-UNKNOWN = "_NODE_NAME_UNKNOWN_"
-"""What the middleware calls a node whose name has not been discovered."""
+UNKNOWN = "_NODE_NAME_UNKNOWN_"  # what the middleware calls a node whose name has not been discovered
 
 
 def publishing(node: Node, topic: str) -> list[str]:
     """The full names of the nodes that publish a topic, once for each publisher, as far as they are known.
 
-    Args:
-        node: Whose view of the ROS graph is used.
-        topic: Full name.
+    `node`: whose view of the ROS graph is used. `topic`: full name.
     """
     nodes = map(_node_of, node.get_publishers_info_by_topic(topic))
     return sorted(f"{space.rstrip('/')}/{name}" for space, name in nodes if name != UNKNOWN)
@@ -144,11 +138,8 @@ def shared_text(node: Node, topic: str, publishers: int) -> str:
     return f"{text} They are {names}" if names else text
 
 
-SETTLED = 2.0
-"""Time without a change after which a publisher that shows no life counts as gone, s; in addition to its lease."""
-
-PREFIX = 12
-"""Bytes of an endpoint's global identifier that are those of its participant, by the RTPS standard."""
+SETTLED = 2.0  # time without a change after which a publisher that shows no life counts as gone, s; in addition to its lease
+PREFIX = 12  # bytes of an endpoint's global identifier that are those of its participant, by the RTPS standard
 
 
 class Publishers:
@@ -157,12 +148,8 @@ class Publishers:
     A process that is killed stays in the ROS graph until its DDS lease ends, 20 s by default. Publishers of the loop offer
     liveliness (`qos.offered`); while the graph shows several publishers, a subscription that requests it shows how many of them
     are gone. It takes no part in what the node does with the topic, whose own subscription requests nothing. Publishers that
-    offer no liveliness, or belong to this process, count as living for as long as the graph shows them.
-
-    Args:
-        node: Whose view of the ROS graph is used.
-        kind: Message class.
-        topic: Name relative to the node's namespace.
+    offer no liveliness, or belong to this process, count as living for as long as the graph shows them. `node`: whose view of
+    the ROS graph is used. `topic`: name relative to the node's namespace.
     """
 
     def __init__(self, node: Node, kind: Any, topic: str) -> None:

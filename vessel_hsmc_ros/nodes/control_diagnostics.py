@@ -16,18 +16,14 @@ from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 
-SPAN = 5.0
-"""Time over which the scatter of the control period is evaluated, s."""
-
-CONDITION_LIMIT = 1e12
-"""Condition of the correlation matrix of the observer above which its numbers lose their meaning."""
+SPAN = 5.0  # time over which the scatter of the control period is evaluated, s
+CONDITION_LIMIT = 1e12  # condition of the correlation matrix of the observer above which its numbers lose their meaning
 
 
 class ControlDiagnostics:
     """Collects what the diagnostic tasks need, once a control period, and states them on request.
 
-    Args:
-        lockstep: Whether the plant sets the pace, so that there is no control period to keep.
+    `lockstep`: whether the plant sets the pace, so that there is no control period to keep.
     """
 
     def __init__(self, loop: ControlLoop, lockstep: bool) -> None:
@@ -125,8 +121,7 @@ def correlation_condition(covariance: NDArray[np.float64]) -> float:
     return float(values[-1] / values[0]) if values[0] > 0.0 else math.inf
 
 
-LEVELS = {"ok": OK, "warn": WARN, "error": ERROR}
-"""Diagnostics levels of reasons."""
+LEVELS = {"ok": OK, "warn": WARN, "error": ERROR}  # diagnostics levels of reasons
 
 
 def operation_status(supervision: Supervision) -> tuple[bytes, str]:

@@ -162,9 +162,7 @@ class ControllerNode(TimedNode):
     def publish_period(self, stamp: int, terms: Terms | None) -> None:
         """Publish the command first, because the plant waits for it; then the state of the control period.
 
-        Args:
-            stamp: Its time, ns.
-            terms: The terms of the law; None if it has not run.
+        `stamp`: its time, ns. `terms`: the terms of the law; None if it has not run.
         """
         self.publish_command(stamp)
         time_stamp = conversions.time_message(stamp)
@@ -216,8 +214,7 @@ class ControllerNode(TimedNode):
     def configure(self) -> None:
         """Make the control loop anew where parameters have been set since it was made; a stop stays latched.
 
-        Raises:
-            VesselHsmcError: the law cannot be made with them.
+        Raises VesselHsmcError if the law cannot be made with them.
         """
         if not self._outdated:
             return
@@ -240,9 +237,8 @@ class ControllerNode(TimedNode):
     def begin(self) -> None:
         """Let the law command.
 
-        Raises:
-            RefusalError: an input, a consumer or a command of a person is missing, the vessel is not described, or the reference
-                is too far away; with the reason.
+        Raises RefusalError if an input, a consumer or a command of a person is missing, the vessel is not described, or the
+        reference is too far away; with the reason.
         """
         if problem := self._unfit or ("" if self.parameters.lockstep else self.inputs.distance_problem()):
             raise RefusalError(problem)
@@ -274,11 +270,7 @@ class ControllerNode(TimedNode):
         self._steps.stopped()
 
     def rearm(self) -> None:
-        """Go from the stop to standby.
-
-        Raises:
-            RefusalError: the controller is not stopped.
-        """
+        """Go from the stop to standby. Raises RefusalError if the controller is not stopped."""
         if self.loop.supervision.operation is not Operation.STOPPED:
             raise RefusalError("the controller is not stopped")
         self.loop.supervision.rearm()
@@ -307,8 +299,7 @@ class ControllerNode(TimedNode):
     def retune(self, parameters: ControllerParameters) -> None:
         """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured.
 
-        Raises:
-            ParameterError: the law rejects the gains, for instance because they are unstable at its rate.
+        Raises ParameterError if the law rejects the gains, for instance because they are unstable at its rate.
         """
         if self.lifecycle == "unconfigured" and not parameters.lockstep:
             make_control_loop(parameters)

@@ -54,8 +54,7 @@ class Desired(NamedTuple):
 def read_odometry(message: Odometry, twist_frame: str = "child") -> Measured:
     """The motion in an odometry message, and what its checks take.
 
-    Args:
-        twist_frame: Frame of its velocities: child, or parent.
+    `twist_frame`: frame of its velocities: child, or parent.
     """
     motion, header, covariance = conversions.read_odometry(message), message.header, message.pose.covariance
     if twist_frame == "parent" and math.isfinite(motion.psi):
@@ -112,9 +111,7 @@ class ControllerInputs:
     def take_odometry(self, measured: Measured, now: int, received: int) -> bool:
         """Take odometry if it counts and its motion is that of a ship; returns whether it counts.
 
-        Args:
-            now: ROS time, ns.
-            received: Time of its receipt, ns.
+        `now`: ROS time, ns. `received`: time of its receipt, ns.
         """
         if self.monitor.take("odometry", measured.sample, now, received, measured.wrong):
             return False
@@ -143,17 +140,9 @@ class ControllerInputs:
     def serve(self, now: int, received_now: int, elapsed: int, reason: Reason = Reason.NONE) -> Terms | None:
         """Serve a control period: run the law on the latest odometry and the reference of its time, or else the safe action.
 
-        Args:
-            now: ROS time, ns.
-            received_now: Present time on the clock of receipts, ns.
-            elapsed: Time of the step as the control loop counts it, ns.
-            reason: Why the law must not command; NONE if it may.
-
-        Returns:
-            The terms of the law; None if it has not run.
-
-        Raises:
-            LawError: the code of the law failed.
+        `now`: ROS time, ns. `received_now`: present time on the clock of receipts, ns. `elapsed`: time of the step as the
+        control loop counts it, ns. `reason`: why the law must not command; NONE if it may. Returns the terms of the law; None
+        if it has not run. Raises LawError if the code of the law failed.
         """
         missing = self.monitor.overdue(now, received_now) or self._held_out(now)
         if missing or self._measured is None or self._desired is None:
@@ -193,11 +182,7 @@ POSES = {"pose_twist": PoseStamped, "pose_covariance_twist": PoseWithCovarianceS
 def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile: QoSProfile) -> "PoseAndTwist | None":
     """Subscribe to the measured motion in the form of the parameter `odometry.form`.
 
-    Args:
-        take: Called with each measurement.
-
-    Returns:
-        What joins two topics; None with odometry, which is whole.
+    `take`: called with each measurement. Returns what joins two topics; None with odometry, which is whole.
     """
     p = node.parameters.odometry
     if p.form == "odometry":
@@ -212,8 +197,7 @@ def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile:
 class PoseAndTwist:
     """Joins a pose and a twist: those of one stamp, where the publisher stamps them alike, else each pose and the last twist.
 
-    Args:
-        take: Called with each measurement.
+    `take`: called with each measurement.
     """
 
     def __init__(self, node: VesselNode, take: Callable[[Measured], None]) -> None:

@@ -22,10 +22,8 @@ REFERENCES_KEPT = 2000
 class StepClock:
     """Finds the stamps of the plant's steps: those of its odometry, or the time of /clock where odometry is late by its stamp.
 
-    The plant waits for the command of a step, so the last tick of /clock is of that step or of the one before.
-
-    Args:
-        on_tick: Called at each tick of /clock, which is only read once odometry has been late.
+    The plant waits for the command of a step, so the last tick of /clock is of that step or of the one before. `on_tick`:
+    called at each tick of /clock, which is only read once odometry has been late.
     """
 
     def __init__(self, node: VesselNode, on_tick: Callable[[], None]) -> None:
@@ -35,9 +33,7 @@ class StepClock:
     def step_of(self, measured_at: int, last: int) -> int | None:
         """The stamp of the step that odometry belongs to, ns; None until the tick of that step has been received.
 
-        Args:
-            measured_at: Stamp of the odometry, ns.
-            last: Stamp of the last step, ns; late odometry is not after it.
+        `measured_at`: stamp of the odometry, ns. `last`: stamp of the last step, ns; late odometry is not after it.
         """
         return measured_at if measured_at > last else self.next_after(last)
 
@@ -56,15 +52,10 @@ class StepClock:
 
 
 class Queued(NamedTuple):
-    """A message of a topic that waits for its step.
+    """A message of a topic that waits for its step."""
 
-    Attributes:
-        stamp: Its stamp, ns.
-        message: Its content; None for the announcement that there is nothing of a step.
-    """
-
-    stamp: int
-    message: Any
+    stamp: int  # its stamp, ns
+    message: Any  # its content; None for the announcement that there is nothing of a step
 
 
 class StepQueue:

@@ -13,9 +13,7 @@ from vessel_hsmc_ros.safety.reasons import Reason
 if TYPE_CHECKING:
     from rclpy.timer import Timer
 
-CHECK_PERIOD = 0.1
-"""Time between two checks of the clock and of the graph, s."""
-
+CHECK_PERIOD = 0.1  # time between two checks of the clock and of the graph, s
 CLOCK_STEP = NANOSECONDS // 2
 """Difference between the progress of the node's clock and that of the steady clock that is a step of the former, ns."""
 
@@ -23,9 +21,7 @@ MAX_CLOCK_SPEED = 20
 """Highest speed of a simulated clock, as a multiple of the steady clock's: a node that could not run for a while sees no step."""
 
 
-STANDSTILL = 3.0
-"""Time after which a simulated clock that does not advance is reported, s."""
-
+STANDSTILL = 3.0  # time after which a simulated clock that does not advance is reported, s
 WAITING = "waiting for /clock: the node is on simulated time, and nothing publishes it"
 STANDING = "/clock stands still: nothing is computed or commanded until it goes on"
 

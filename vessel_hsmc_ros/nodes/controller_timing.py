@@ -12,21 +12,13 @@ from vessel_hsmc_ros.safety.reasons import Reason
 
 
 class TimedNode(ManagedNode):
-    """A controller node as its timing sees it.
+    """A controller node as its timing sees it."""
 
-    Attributes:
-        loop: The control loop.
-        inputs: The latest odometry and reference that count.
-        health: What the diagnostics report of law and timing.
-        stamp: Time of the last command, ns.
-        clock_problem: What is wrong with a simulated clock; empty if nothing is.
-    """
-
-    loop: ControlLoop
-    inputs: ControllerInputs
-    health: ControlDiagnostics
-    stamp: int
-    clock_problem: str
+    loop: ControlLoop  # the control loop
+    inputs: ControllerInputs  # the latest odometry and reference that count
+    health: ControlDiagnostics  # what the diagnostics report of law and timing
+    stamp: int  # time of the last command, ns
+    clock_problem: str  # what is wrong with a simulated clock; empty if nothing is
 
     @property
     @abstractmethod

@@ -29,11 +29,8 @@ from vessel_hsmc_ros.scenario.watcher_parameters import DriveParameters
 class ThrustInput:
     """The latest thrust of each thruster.
 
-    They are Float64 without stamps, so that their age counts from the receipt, by the steady clock.
-
-    Args:
-        node: The node that carries them out.
-        timeout: Age from which on a thrust does not count, s.
+    They are Float64 without stamps, so that their age counts from the receipt, by the steady clock. `timeout`: age from which
+    on a thrust does not count, s.
     """
 
     def __init__(self, node: VesselNode, names: tuple[str, ...], timeout: float) -> None:

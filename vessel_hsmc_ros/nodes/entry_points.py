@@ -19,8 +19,7 @@ from vessel_hsmc_ros.nodes.ros_environment import check_ros
 def entry_point(program: NodeProgram) -> Callable[[], int]:
     """Make the entry point of a node; its exit code is 2 if a module that the node needs is not installed.
 
-    Args:
-        program: The node, whose module has a function `main`.
+    `program`: the node, whose module has a function `main`.
     """
 
     def main() -> int:
@@ -48,8 +47,7 @@ def end_on_interrupt() -> None:
 def check_module(command: Sequence[str]) -> None:
     """Exit in one line, where the command of this process runs the module of a node that lacks a library.
 
-    Args:
-        command: The command line, such as `python -m vessel_hsmc_ros.nodes.controller`.
+    `command`: the command line, such as `python -m vessel_hsmc_ros.nodes.controller`.
     """
     module = command[command.index("-m") + 1] if "-m" in command else ""
     for program in _PROGRAMS:
@@ -64,8 +62,7 @@ def check_module(command: Sequence[str]) -> None:
 def _check(program: NodeProgram) -> None:
     """Check that all is installed that a node needs.
 
-    Raises:
-        InstallationError: a library is missing, or two installations of ROS would mix.
+    Raises InstallationError if a library is missing, or two installations of ROS would mix.
     """
     require("rclpy", "numpy", "yaml", *program.libraries)
     check_ros()

@@ -20,21 +20,16 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 
-SERVICE_PERIOD = 0.02
-"""Longest delay of timers, services and other subscriptions, s."""
-
-BURST = 64
-"""Messages taken from one subscription before the next is served."""
+SERVICE_PERIOD = 0.02  # longest delay of timers, services and other subscriptions, s
+BURST = 64  # messages taken from one subscription before the next is served
 
 
 class DirectExecutor(SingleThreadedExecutor):
     """Serves `subscriptions` as soon as they hold a message, and all other entities of its nodes every SERVICE_PERIOD.
 
-    Args:
-        subscriptions: Those served directly. The list may grow while the executor runs.
-        poll_period: Poll the subscriptions with this period, s, so that many messages cost one wake-up; 0 waits for messages
-            instead.
-        service_period: Time after which everything else is served again, s.
+    `subscriptions`: those served directly. The list may grow while the executor runs. `poll_period`: poll the subscriptions
+    with this period, s, so that many messages cost one wake-up; 0 waits for messages instead. `service_period`: time after
+    which everything else is served again, s.
     """
 
     def __init__(
@@ -112,14 +107,9 @@ class DirectExecutor(SingleThreadedExecutor):
         return id(entity) not in self._known and super().can_execute(entity)
 
 
-LONGEST_WAIT = 0.1
-"""Time after which `running` is looked at again, s: a signal does not end the wait."""
-
-BOUND = 0.002
-"""Time after which timers and messages are served again while there are requests, s."""
-
-EVENT_PERIOD = 0.5
-"""Longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s."""
+LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
+BOUND = 0.002  # time after which timers and messages are served again while there are requests, s
+EVENT_PERIOD = 0.5  # longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s
 
 
 class PromptExecutor(DirectExecutor):
@@ -146,9 +136,7 @@ class PromptExecutor(DirectExecutor):
     def spin_while(self, running: Callable[[], bool], longest_wait: float = LONGEST_WAIT) -> None:
         """Serve callbacks until `running` returns False; an exception of a callback is raised here.
 
-        Args:
-            running: Looked at after each wait.
-            longest_wait: Time after which a wait in which nothing comes ends, s.
+        `longest_wait`: time after which a wait in which nothing comes ends, s.
         """
         while running() and self._context.ok():
             self._changed = False

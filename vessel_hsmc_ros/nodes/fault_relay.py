@@ -39,8 +39,7 @@ _NAN = (math.nan,) * 6
 class RelayedTopic:
     """A topic that passes through the relay.
 
-    Args:
-        topic: Its name, without the namespace.
+    `topic`: its name, without the namespace.
 
     Attributes:
         kind: The message class.
@@ -91,8 +90,7 @@ class RelayedTopic:
 POLL_PERIOD = 0.001
 """Real time: time between two searches for messages, for delayed ones that are due, and for faults that begin or end, s."""
 
-TIMER_PERIOD = 0.02
-"""The same where another executor serves the node, s."""
+TIMER_PERIOD = 0.02  # the same where another executor serves the node, s
 
 
 class FaultRelayNode(VesselNode):
@@ -232,11 +230,7 @@ def _beginnings_and_ends(script: FaultScript) -> list[tuple[int, str]]:
 
 
 def _read(path: str) -> FaultScript:
-    """The script of a file; empty for none.
-
-    Raises:
-        ScenarioError: it cannot be read.
-    """
+    """The script of a file; empty for none. Raises ScenarioError if it cannot be read."""
     if not path:
         return FaultScript()
     try:

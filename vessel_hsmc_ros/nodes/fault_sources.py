@@ -18,12 +18,8 @@ from vessel_hsmc_ros.nodes import qos
 if TYPE_CHECKING:
     from rclpy.publisher import Publisher
 
-PUBLISHER_PERIOD = NANOSECONDS // 20
-"""Time between two messages of a second publisher, ns."""
-
-CLOCK_PERIOD = NANOSECONDS // 200
-"""Time between two messages of a clock, ns."""
-
+PUBLISHER_PERIOD = NANOSECONDS // 20  # time between two messages of a second publisher, ns
+CLOCK_PERIOD = NANOSECONDS // 200  # time between two messages of a clock, ns
 _LATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=10,
@@ -38,9 +34,7 @@ class Source(Protocol):
     def act(self, now: int, elapsed: int) -> None:
         """Publish what is due.
 
-        Args:
-            now: The present time, ns.
-            elapsed: The time since the first odometry, ns; below 0 before it.
+        `now`: the present time, ns. `elapsed`: the time since the first odometry, ns; below 0 before it.
         """
 
 
@@ -48,10 +42,7 @@ class SecondPublisher:
     """A second publisher of a topic, or an incompatible reader, of a node of its own; it exists while its fault is active.
 
     The publisher publishes where the receivers subscribe, below `relayed/`, and shows itself to the rightful publisher by a
-    publisher of the original topic on which it is silent.
-
-    Args:
-        fault: Of kind second_publisher or mismatched_qos.
+    publisher of the original topic on which it is silent. `fault`: of kind second_publisher or mismatched_qos.
     """
 
     def __init__(self, relay: Node, fault: Fault, name: str) -> None:
@@ -100,8 +91,7 @@ class SecondPublisher:
 class SteppedClock:
     """The clock of a node, on `relayed/clock/<node>`: the system's, and off by the offset of its faults while they are active.
 
-    Args:
-        faults: Of kind clock_step.
+    `faults`: of kind clock_step.
     """
 
     def __init__(self, relay: Node, node: str, faults: Sequence[Fault]) -> None:
@@ -133,9 +123,7 @@ def stepped_nodes(script: FaultScript, by_thrusters: bool) -> dict[str, list[Fau
 def make_sources(relay: Node, script: FaultScript, by_thrusters: bool) -> list[Source]:
     """The second publishers and the clocks of a script.
 
-    Args:
-        relay: The relay node, which publishes in their place.
-        by_thrusters: Whether thrusters drive the ship.
+    `relay`: the relay node, which publishes in their place. `by_thrusters`: whether thrusters drive the ship.
     """
     second = [fault for fault in script.faults if fault.kind in ("second_publisher", "mismatched_qos")]
     publishers = [SecondPublisher(relay, fault, f"second_publisher_{index}") for index, fault in enumerate(second)]

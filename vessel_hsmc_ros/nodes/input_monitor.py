@@ -12,19 +12,14 @@ from vessel_hsmc_ros.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.safety.samples import REPEATED, Freshness, Sample
 
-WARNING_PERIOD = 5.0
-"""Least time between two warnings of an input that was never received, s."""
+WARNING_PERIOD = 5.0  # least time between two warnings of an input that was never received, s
 
 
 class Expected(NamedTuple):
-    """An input as it must be.
+    """An input as it must be."""
 
-    Attributes:
-        topic: Its topic.
-        frames, child_frames: Its frames, of which it has one; empty for any.
-    """
-
-    topic: str
+    topic: str  # its topic
+    # frames, child_frames: its frames, of which it has one; empty for any
     frames: str | tuple[str, ...] = ()
     child_frames: str | tuple[str, ...] = ()
 
@@ -33,12 +28,8 @@ class InputMonitor:
     """Detects refused, missing, overdue and mismatched inputs of a node, and reports them on its log and in its diagnostics.
 
     Times of receipt are of one clock: steady in real time, the node's own on simulated time, where ages are simulated too.
-
-    Args:
-        node: Whose inputs they are; its logger and its view of the ROS graph are used.
-        expected: The inputs by their names, in the order in which they are reported.
-        timeout: Age above which an input is overdue, s.
-        parameters: The other bounds.
+    `node`: whose inputs they are; its logger and its view of the ROS graph are used. `expected`: the inputs by their names, in
+    the order in which they are reported. `timeout`: age above which an input is overdue, s.
 
     Attributes:
         fresh: Number of samples in a row that were taken, by input.
@@ -70,13 +61,8 @@ class InputMonitor:
     def take(self, name: str, sample: Sample, now: int, received: int, wrong: str = "") -> str:
         """Take a sample, or report and count why it is refused.
 
-        Args:
-            now: ROS time, ns.
-            received: Time of its receipt, ns.
-            wrong: Which of its numbers are not finite, and what is allowed.
-
-        Returns:
-            Why it is refused; empty if it is taken.
+        `now`: ROS time, ns. `received`: time of its receipt, ns. `wrong`: which of its numbers are not finite, and what is
+        allowed. Returns why it is refused; empty if it is taken.
         """
         reason = self._freshness[name].accept(sample, now, received)
         if not reason:
@@ -100,9 +86,7 @@ class InputMonitor:
     def overdue(self, now: int, received_now: int) -> tuple[str, Reason] | None:
         """The first input whose latest sample no longer counts, and why; None when all count.
 
-        Args:
-            now: ROS time, ns.
-            received_now: Present time on the clock of receipts, ns.
+        `now`: ROS time, ns. `received_now`: present time on the clock of receipts, ns.
         """
         for name, freshness in self._freshness.items():
             if reason := freshness.overdue(now, received_now):
@@ -116,10 +100,7 @@ class InputMonitor:
     def report_overdue(self, name: str, reason: Reason, now: int, consequence: str) -> None:
         """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error.
 
-        Args:
-            reason: Why it does not count.
-            now: ROS time, ns.
-            consequence: What is commanded without it.
+        `now`: ROS time, ns. `consequence`: what is commanded without it.
         """
         self.fresh[name] = 0
         topic = self._topics[name]
@@ -138,10 +119,8 @@ class InputMonitor:
     def check(self, pending: int | None = None) -> None:
         """Warn if the law could not run, for the same reason as at the last call.
 
-        Call it periodically, with a period in which every input is received in normal operation.
-
-        Args:
-            pending: Stamp of the first odometry since the last command that waits for the reference of its own stamp, ns.
+        Call it periodically, with a period in which every input is received in normal operation. `pending`: stamp of the first
+        odometry since the last command that waits for the reference of its own stamp, ns.
         """
         missing = [f"{name} on {topic}" for name, topic in self._topics.items() if name not in self._stamps]
         reason = f"waiting for {' and '.join(missing)}" if missing else ""

@@ -15,8 +15,7 @@ rcutils_logger._internal_callers.append(realpath(__file__))
 class KeptLogger(rcutils_logger.RcutilsLogger):  # type: ignore[misc]
     """A logger whose lines are kept.
 
-    Args:
-        keep: Called with severity, name and text of each line that is not filtered out.
+    `keep`: called with severity, name and text of each line that is not filtered out.
     """
 
     def __init__(self, name: str, keep: Callable[[int, str, str], None]) -> None:

@@ -70,19 +70,11 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
 
     @abstractmethod
     def configure(self) -> None:
-        """Take the present parameters.
-
-        Raises:
-            VesselHsmcError: they are not allowed; the node stays unconfigured.
-        """
+        """Take the present parameters. Raises VesselHsmcError if they are not allowed; the node stays unconfigured."""
 
     @abstractmethod
     def begin(self) -> None:
-        """Begin to command.
-
-        Raises:
-            RefusalError: the node is not ready; with the reason.
-        """
+        """Begin to command. Raises RefusalError if the node is not ready; with the reason."""
 
     @abstractmethod
     def pause(self) -> None:
@@ -94,11 +86,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
 
     @abstractmethod
     def rearm(self) -> None:
-        """Unlatch.
-
-        Raises:
-            RefusalError: the node is not stopped.
-        """
+        """Unlatch. Raises RefusalError if the node is not stopped."""
 
     @property
     def lifecycle(self) -> str:

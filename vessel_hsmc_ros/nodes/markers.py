@@ -21,9 +21,7 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.transforms import transform_of
 from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
-SPACING = 0.5
-"""Distance between two poses of a path, m."""
-
+SPACING = 0.5  # distance between two poses of a path, m
 COLOURS = {"ship": (0.0, 0.45, 0.70, 0.9), "reference": (0.84, 0.37, 0.0, 0.4)}
 
 

@@ -35,16 +35,11 @@ from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.safety.handover import Handover, Sticks
 from vessel_hsmc_ros.scenario.autopilot_parameters import MavlinkParameters
 
-POLL_PERIOD = 0.01
-"""Time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect."""
-
-REPEAT = 2.0
-"""Time after which a message that does not come is requested again, s."""
-
+POLL_PERIOD = 0.01  # time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect
+REPEAT = 2.0  # time after which a message that does not come is requested again, s
 STREAMS = ("ATTITUDE", "LOCAL_POSITION_NED", "EKF_STATUS_REPORT", "SERVO_OUTPUT_RAW", "RC_CHANNELS")
 NEEDED = ("HEARTBEAT", "LOCAL_POSITION_NED", "ATTITUDE")
-SLOW_STREAM_RATE = 5.0
-"""Rate at which the messages are requested that are no part of the motion, Hz."""
+SLOW_STREAM_RATE = 5.0  # rate at which the messages are requested that are no part of the motion, Hz
 
 
 class MavlinkNode(VesselNode):

@@ -21,18 +21,14 @@ from vessel_hsmc_ros.nodes.command_input import CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite
 from vessel_hsmc_ros.safety.handover import Sticks
 
-MOST_MESSAGES = 500
-"""Messages that are read at a time: a flood must not keep the node from its other work."""
-
+MOST_MESSAGES = 500  # messages that are read at a time: a flood must not keep the node from its other work
 AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
 
 
 class Link:
     """A connection to the autopilot of a system.
 
-    Args:
-        address, baud: As pymavlink has them.
-        target: System of the autopilot; 0: the first one whose heartbeat is heard.
+    `target`: system of the autopilot; 0: the first one whose heartbeat is heard.
 
     Raises:
         RunError: the connection cannot be opened.
@@ -138,11 +134,7 @@ class Commands:
     """The commands of one form: the latest one, and its message.
 
     manual has the shares of force and moment, channels that of each thruster, and guided the share of the cruise speed and the
-    yaw rate, rad/s.
-
-    Args:
-        sticks: Takes what is sent for channels of the radio.
-        refuse: Takes what is wrong with a command.
+    yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio.
     """
 
     def __init__(self, node: VesselNode, link: Link, sticks: Sticks, refuse: Callable[[str], None]) -> None:

@@ -23,14 +23,11 @@ from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.scenario.watcher_parameters import NavsatOdometryParameters
 
-RATE = 10.0
-"""Rate of fixes that the deadline of the odometry is offered for, Hz."""
-
+RATE = 10.0  # rate of fixes that the deadline of the odometry is offered for, Hz
 EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading"}
 """The topic of each source of the heading, but for two antennas."""
 
-BASE_LINE = 0.1, 1e3
-"""Least and largest distance of two antennas, m: the same fix on both topics has no heading."""
+BASE_LINE = 0.1, 1e3  # least and largest distance of two antennas, m: the same fix on both topics has no heading
 
 
 class Heading(NamedTuple):

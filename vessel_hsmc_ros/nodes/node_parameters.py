@@ -28,11 +28,8 @@ RESEMBLANCE = 0.8
 def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
     """The parameters that a node is given, and those among them that are rclpy's own set to them.
 
-    Args:
-        command_line: That of its process; empty if the code that creates the node gives it all.
-
-    Raises:
-        ParameterError: a rule cannot be read, or a parameter of rclpy does not take its value.
+    `command_line`: that of its process; empty if the code that creates the node gives it all. Raises ParameterError if a rule
+    cannot be read, or a parameter of rclpy does not take its value.
     """
     given = {name: Given(parameter.value, "") for name, parameter in node._parameter_overrides.items()}
     given |= given_parameters(command_line, node.get_fully_qualified_name())
@@ -49,9 +46,8 @@ def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
 def declare(node: Any, cls: type) -> Any:
     """Declare a dataclass's parameters on a `VesselNode` and return the instance that it was started with.
 
-    Raises:
-        ParameterError: the node was given a parameter that is unknown, or a value that is not allowed.
-        ScenarioError: a vessel by name cannot be read.
+    Raises ParameterError if the node was given a parameter that is unknown, or a value that is not allowed; ScenarioError if a
+    vessel by name cannot be read.
     """
     # rclpy silently ignores overrides of parameters that are not declared; here a misspelt name is an error.
     given = {name: rule for name, rule in node.given.items() if not node.has_parameter(name) and not name.startswith(OVERRIDES)}
@@ -161,11 +157,7 @@ def _in_declared_type(node: Node, change: Parameter) -> Parameter:
 
 
 def _number(value: Any) -> float:
-    """An integer or a float as a float.
-
-    Raises:
-        TypeError: it is neither.
-    """
+    """An integer or a float as a float. Raises TypeError if it is neither."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise TypeError
     return float(value)
@@ -174,9 +166,7 @@ def _number(value: Any) -> float:
 def take_changes(node: Any, changes: list[Parameter]) -> SetParametersResult:
     """Apply the changed parameters of a request to a node, all of them or none.
 
-    Args:
-        node: A `VesselNode`.
-        changes: Of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
+    `node`: a `VesselNode`. `changes`: of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
     """
     known = schema.entries(node.PARAMETERS)
     values = {p.name: p.value for p in changes if p.name in known}

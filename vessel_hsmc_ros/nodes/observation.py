@@ -28,9 +28,7 @@ SHORTEST_LOOK, LOOK, FIRST_LOOK = 1.2, 3.0, 5.0
 """Waits before the first state, s: for nodes that publish diagnostics once a second; for inputs of a vessel of which something
 is received; for any message."""
 
-NECESSARY = set(LOOP) - {RECORDER, ALLOCATION}
-"""The nodes without which there is no closed loop."""
-
+NECESSARY = set(LOOP) - {RECORDER, ALLOCATION}  # the nodes without which there is no closed loop
 EVENTS_SHOWN = 5
 
 LIMITS = {
@@ -51,33 +49,21 @@ class NodeStatus(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """The state of a vessel at one moment.
+    """The state of a vessel at one moment."""
 
-    Attributes:
-        time: Simulated time of the latest odometry, s; None without a plant of this package.
-        ship, desired: States of ship and reference; None where no message has been received.
-        wrench: Commanded surge force, N, and yaw moment, N·m; None likewise.
-        limits: Of surge force and yaw moment; infinite without one.
-        ages: Wall time since the latest message of each input, s; without those of which there was none.
-        nodes: Diagnostics by node.
-        events: The latest events, as `node kind: text`.
-    """
-
-    time: float | None
+    time: float | None  # simulated time of the latest odometry, s; None without a plant of this package
+    # ship, desired: states of ship and reference; None where no message has been received
     ship: Motion | None
     desired: Motion | None
-    wrench: tuple[float, float] | None
-    limits: tuple[float, float]
-    ages: dict[str, float]
-    nodes: dict[str, NodeStatus]
-    events: list[str]
+    wrench: tuple[float, float] | None  # commanded surge force, N, and yaw moment, N·m; None likewise
+    limits: tuple[float, float]  # of surge force and yaw moment; infinite without one
+    ages: dict[str, float]  # wall time since the latest message of each input, s; without those of which there was none
+    nodes: dict[str, NodeStatus]  # diagnostics by node
+    events: list[str]  # the latest events, as `node kind: text`
 
 
 class Observation:
     """Takes the latest message of each topic when it is looked at; those in between are dropped by DDS, unread.
-
-    Args:
-        remote: The connection with the vessel.
 
     Raises:
         RunError: no message of the vessel is received in time.

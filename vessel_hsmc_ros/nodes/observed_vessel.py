@@ -9,8 +9,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 
-OLD = NANOSECONDS
-"""Age from which on odometry counts as lost in real time, ns."""
+OLD = NANOSECONDS  # age from which on odometry counts as lost in real time, ns
 
 
 class ObservedVessel:
@@ -19,9 +18,7 @@ class ObservedVessel:
     In lockstep the reference takes, at each tick of the clock, the odometry of the tick before, and none at the first two: a
     run does not depend on the order in which messages come. It publishes its first state only after the first tick. The clock
     is subscribed to after the odometry, so that the plant, whose ticks come, then knows the reader of its odometry too.
-
-    Args:
-        reference: The reference, a `FollowingReference`.
+    `reference`: the reference, a `FollowingReference`.
 
     Attributes:
         ticks: Stamps of the clock that the reference has not taken, ns.

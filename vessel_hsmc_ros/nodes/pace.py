@@ -14,10 +14,7 @@ class Pace:
 
     Period k is due at `start` + k·T by the node's clock. Overdue periods are taken at once, as many as CATCH_UP holds. After
     more, or after the clock was set back, the start moves so that the present period is due now: no period is skipped or
-    repeated, and the node goes on as after a pause.
-
-    Args:
-        grid: The instants of the periods since the start.
+    repeated, and the node goes on as after a pause. `grid`: the instants of the periods since the start.
 
     Attributes:
         start: Time of period 0 by the node's clock, ns.
@@ -47,11 +44,7 @@ class Pace:
     def due(self, index: int) -> tuple[int, str]:
         """The last period that is due.
 
-        Args:
-            index: The present period of the node.
-
-        Returns:
-            Its index, and in words why the start has moved; empty if it has not.
+        `index`: the present period of the node. Returns its index, and in words why the start has moved; empty if it has not.
         """
         now, last = self._node.now(), self._last
         late = now - self.stamp(index)

@@ -18,18 +18,14 @@ if TYPE_CHECKING:
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """The parameters of a fleet are thousands of lines, which LibYAML writes ten times as fast, where it is installed."""
 
-RETRY_AFTER = 8
-"""Calls of `request` after which an unanswered request is sent again."""
+RETRY_AFTER = 8  # calls of `request` after which an unanswered request is sent again
 
 
 class ParameterCollector:
     """Requests the parameters of every node that has parameter services.
 
     A request is repeated until it is answered: a server may answer before it has discovered the client's reader, and DDS then
-    loses the response.
-
-    Args:
-        node: Owner of the service clients; its own parameters are read directly.
+    loses the response. `node`: owner of the service clients; its own parameters are read directly.
 
     Attributes:
         parameters: By full node name, then by parameter.
@@ -50,8 +46,7 @@ class ParameterCollector:
     def request(self, again: bool = True) -> None:
         """Send requests to nodes that were discovered since the last call; call it periodically.
 
-        Args:
-            again: Whether the call counts for the repetition of requests.
+        `again`: whether the call counts for the repetition of requests.
         """
         there = {f"{space.rstrip('/')}/{name}": (name, space) for name, space in self._node.get_node_names_and_namespaces()}
         # Clients of nodes that have answered or left are not needed any more.

@@ -52,16 +52,12 @@ def run_node(
     """Run a node until it has finished, fails, or receives SIGINT or SIGTERM.
 
     The signals only request the shutdown: the node completes its work while its context is valid, whereas rclpy's own handlers
-    would invalidate the context at once. After that work they are ignored, because Python restores the default handlers while it
-    exits: a second Ctrl-C, such as one from the terminal and one from `ros2 launch`, would turn a normal exit into a death by
-    signal. For the same reason rclpy must leave the handlers alone: it would restore the default ones for an instant.
-
-    Args:
-        arguments: Command-line arguments; those of the process if None.
-        take_options: Takes the node's own options from the arguments that are not of ROS, and returns the others.
-
-    Returns:
-        The exit code: 0, or 1 when the node failed, or 2 when it could not start.
+    would invalidate the context at once. After that work they are ignored, because Python restores the default handlers while
+    it exits: a second Ctrl-C, such as one from the terminal and one from `ros2 launch`, would turn a normal exit into a death
+    by signal. For the same reason rclpy must leave the handlers alone: it would restore the default ones for an instant.
+    `arguments`: command-line arguments; those of the process if None. `take_options`: takes the node's own options from the
+    arguments that are not of ROS, and returns the others. Returns the exit code: 0, or 1 when the node failed, or 2 when it
+    could not start.
     """
     trace_crashes()
     if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments, take_options)) is not None:
@@ -219,9 +215,7 @@ subscribes to  every topic of the run, and serves it to Foxglove""",
 }
 """The topics and services of each node. Names are relative to its namespace; ~ stands for the node's own name."""
 
-OWN_OPTIONS = {"controller": " [--law-file FILE]..."}
-"""Options of a node's own."""
-
+OWN_OPTIONS = {"controller": " [--law-file FILE]..."}  # options of a node's own
 HELP_WIDTH = 110
 
 HELP = """\

@@ -26,12 +26,8 @@ from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.safety.handover import FAILSAFE, Handover
 from vessel_hsmc_ros.scenario.autopilot_parameters import Px4Parameters
 
-RATE = 50.0
-"""Rate of VehicleOdometry that the deadline of the odometry is offered for, Hz."""
-
-MICROSECOND = 1000
-"""In nanoseconds, the unit of time here; PX4 counts in microseconds."""
-
+RATE = 50.0  # rate of VehicleOdometry that the deadline of the odometry is offered for, Hz
+MICROSECOND = 1000  # in nanoseconds, the unit of time here; PX4 counts in microseconds
 MODE_PREFIX = "NAVIGATION_STATE_"
 
 STEERING = ("normalized_steering_setpoint", "normalized_speed_diff")

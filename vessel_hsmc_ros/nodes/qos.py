@@ -54,9 +54,7 @@ CLOCK_OF_LOCKSTEP = QoSProfile(
 )
 """The plant's own: a recorder without processor time for 1000 steps, which is 1.5 s, loses none of it as of the other topics."""
 
-EVENTS = CLOCK
-"""Events are few and latched: a recorder that connects after the first one receives it too."""
-
+EVENTS = CLOCK  # events are few and latched: a recorder that connects after the first one receives it too
 WATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=50,
@@ -90,18 +88,15 @@ def newest(lockstep: bool) -> QoSProfile:
 
 
 PERIODS_OF_DEADLINE = 10
-LEASE = 1.0
-"""What the publishers of the loop offer in real time: a message in ten periods, and a sign of life every second."""
+LEASE = 1.0  # what the publishers of the loop offer in real time: a message in ten periods, and a sign of life every second
 
 
 def offered(lockstep: bool, rate_hz: float) -> QoSProfile:
     """The profile of a publisher of the loop; in real time it offers a deadline and liveliness.
 
     A subscriber may request them; the middleware then reports when they are missed. Those of this package request neither: they
-    would receive nothing from a publisher that offers none, and count the time themselves.
-
-    Args:
-        lockstep: Whether the node runs in lockstep, where nothing happens at a rate.
+    would receive nothing from a publisher that offers none, and count the time themselves. `lockstep`: whether the node runs in
+    lockstep, where nothing happens at a rate.
     """
     if lockstep:
         return LOSSLESS
@@ -150,9 +145,7 @@ def replayed(offered: Sequence[Mapping[str, Any]]) -> QoSProfile:
     )
 
 
-OVERRIDES = "qos_overrides."
-"""Prefix of rclpy's parameters, such as `qos_overrides./odom.subscription.reliability: reliable`."""
-
+OVERRIDES = "qos_overrides."  # prefix of rclpy's parameters, such as `qos_overrides./odom.subscription.reliability: reliable`
 POLICIES = {
     "reliability": ("reliable", "best_effort"),
     "durability": ("volatile", "transient_local"),
@@ -165,8 +158,7 @@ POLICIES = {
 class Compatibility:
     """The quality of service of a node's endpoints: overrides, and what the middleware cannot connect.
 
-    Args:
-        node: Whose publishers and subscriptions they are.
+    `node`: whose publishers and subscriptions they are.
     """
 
     def __init__(self, node: "Node") -> None:
@@ -177,10 +169,7 @@ class Compatibility:
     def options(self, topic: str, own: str, profile: Any) -> dict[str, Any]:
         """Further arguments of `create_publisher` and `create_subscription`, with a profile that a user may have overridden.
 
-        Args:
-            topic: Name of the topic as it is given.
-            own: publisher or subscription.
-            profile: Quality of service, or its depth.
+        `topic`: name of the topic as it is given. `own`: publisher or subscription.
         """
         profile = copy.copy(profile)  # rclpy writes the overrides into it
         callbacks = PublisherEventCallbacks if own == "publisher" else SubscriptionEventCallbacks
@@ -192,11 +181,7 @@ class Compatibility:
         return {**made, "qos_profile": profile}
 
     def check(self) -> None:
-        """Check the values of all overrides.
-
-        Raises:
-            ParameterError: a policy does not exist, or does not have the value.
-        """
+        """Check the values of all overrides. Raises ParameterError if a policy does not exist, or does not have the value."""
         for name in sorted(self._given()):
             policy = name.rpartition(".")[2]
             if policy not in POLICIES:

@@ -27,10 +27,8 @@ from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 class TopicChoice:
     """Selects topics by name, by regular expression, or all except hidden ones (with a token that starts with an underscore).
 
-    Args:
-        names: Full names of topics.
-        regex: Select topics whose full name matches it; empty for none.
-        exclude: Regular expression of topics that `everything` and `regex` do not select; empty for none.
+    `names`: full names of topics. `regex`: select topics whose full name matches it; empty for none. `exclude`: regular
+    expression of topics that `everything` and `regex` do not select; empty for none.
 
     Raises:
         ParameterError: `regex` or `exclude` is not a valid regular expression.
@@ -306,11 +304,7 @@ class RecorderNode(VesselNode):
 
 
 def _scenario(path: str) -> str:
-    """The text of a parameters file; empty for none.
-
-    Raises:
-        BagError: it cannot be read.
-    """
+    """The text of a parameters file; empty for none. Raises BagError if it cannot be read."""
     try:
         return Path(path).read_text(encoding="utf-8") if path else ""
     except (OSError, UnicodeDecodeError) as error:

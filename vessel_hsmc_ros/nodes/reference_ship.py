@@ -36,9 +36,7 @@ FIRST_LEAD, LONGER = 0.5, 2.0
 class PathPlanning:
     """Plans a path that begins at a coming step of the reference, at a later one if the plan comes too late.
 
-    Args:
-        reference: A `PathReference`; one of another mode takes no path.
-        period: Of the reference, s.
+    `reference`: a `PathReference`; one of another mode takes no path. `period`: of the reference, s.
     """
 
     def __init__(self, reference: Any, period: float) -> None:
@@ -74,11 +72,8 @@ class PathPlanning:
     def take(self) -> Sequence[Point]:
         """Let the reference follow the plan that is due.
 
-        Returns:
-            The waypoints; none where the plan came too late and is made again.
-
-        Raises:
-            GoalError: the path cannot be sailed.
+        Returns the waypoints; none where the plan came too late and is made again. Raises GoalError if the path cannot be
+        sailed.
         """
         plan, self._plan = self._plan, None
         assert plan is not None  # noqa: S101 - due
@@ -98,11 +93,8 @@ def _fulfil(plan: Future[Any], work: Callable[[], Any]) -> None:
         plan.set_exception(error)
 
 
-UNUSED_INPUT_SEARCH = 0.5
-"""Time between two searches for publishers of goals and paths that the mode does not use, s."""
-
-REORDERED = 5.0
-"""Goals stamped up to so long before the last one, s, are out of order; earlier ones are by another clock."""
+UNUSED_INPUT_SEARCH = 0.5  # time between two searches for publishers of goals and paths that the mode does not use, s
+REORDERED = 5.0  # goals stamped up to so long before the last one, s, are out of order; earlier ones are by another clock
 
 
 class ReferenceShipNode(VesselNode):
@@ -228,8 +220,7 @@ class ReferenceShipNode(VesselNode):
     def _check_order(self, stamp: float | None) -> None:
         """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps.
 
-        Raises:
-            GoalError: it is before that of the last goal, which came out of order.
+        Raises GoalError if it is before that of the last goal, which came out of order.
         """
         last = self._goal_stamp
         if stamp is not None and last is not None and 0.0 < last - stamp <= REORDERED:
@@ -303,8 +294,7 @@ class ReferenceShipNode(VesselNode):
     def retune(self, parameters: ReferenceParameters) -> None:
         """Apply changed inputs of the virtual ship from the next period on.
 
-        Raises:
-            ParameterError: the parameter `mode` is not virtual_ship.
+        Raises ParameterError if the parameter `mode` is not virtual_ship.
         """
         if parameters.mode != "virtual_ship":
             raise ParameterError(f"reference_ship.mode = {parameters.mode} has no inputs: only the virtual ship has")

@@ -36,12 +36,8 @@ ANSWER_LIMIT, REPEAT_AFTER = 6.0, 2.0
 """Longest wait for a response, s, and the time after which a request is repeated: a response is lost if the server has not
 discovered the client yet."""
 
-CONFIRMATION_LIMIT = 2.0
-"""Longest wait for the event that confirms a message, s."""
-
-PLANNING_LIMIT = 8.0
-"""Further wait for a path, s, which a busy machine plans slowly; a refusal is known before."""
-
+CONFIRMATION_LIMIT = 2.0  # longest wait for the event that confirms a message, s
+PLANNING_LIMIT = 8.0  # further wait for a path, s, which a busy machine plans slowly; a refusal is known before
 T = TypeVar("T")
 
 
@@ -56,8 +52,7 @@ class Service(NamedTuple):
 class Remote:
     """A connection with the nodes of one vessel, on a ROS context of its own; a context manager.
 
-    Args:
-        namespace: The vessel's namespace, without slashes at its ends.
+    `namespace`: the vessel's namespace, without slashes at its ends.
 
     Attributes:
         node: The node through which it communicates; its name is hidden, so that recorders ignore it.
@@ -104,8 +99,7 @@ class Remote:
     def require(self, *names: str) -> None:
         """Wait until nodes of the vessel are in the ROS graph.
 
-        Raises:
-            RunError: one is not found in time; the message names the nodes that were found.
+        Raises RunError if one is not found in time; the message names the nodes that were found.
         """
 
         def missing() -> list[str]:
@@ -118,8 +112,7 @@ class Remote:
     def connect(self, services: Sequence[Service]) -> list[Client]:
         """Clients of services that are all ready, so that a call of several nodes reaches all of them or none.
 
-        Raises:
-            RunError: a node or its service is not found in time.
+        Raises RunError if a node or its service is not found in time.
         """
         self.require(*(service.node for service in services))
         names = [f"{self.name(service.node)}/{service.name}" for service in services]
@@ -130,11 +123,7 @@ class Remote:
         return clients
 
     def call(self, client: Client, request: Any) -> Any:
-        """Call a service and return its response.
-
-        Raises:
-            RunError: no response was received in time.
-        """
+        """Call a service and return its response. Raises RunError if no response was received in time."""
         end = time.monotonic() + ANSWER_LIMIT
         while (left := end - time.monotonic()) > 0.0:
             future = client.call_async(request)
@@ -145,16 +134,9 @@ class Remote:
     def publish(self, message: Any, topic: str, reader: str, patience: float = 0.0) -> str:
         """Publish one message for a node.
 
-        Args:
-            topic: Relative to the vessel's namespace.
-            reader: The node that has to receive it and confirms it by an event.
-            patience: Further wait for the event if the node does not report a problem, s.
-
-        Returns:
-            The text of the event; empty if none was received in time.
-
-        Raises:
-            RunError: the node does not subscribe to the topic, or refuses the message.
+        `topic`: relative to the vessel's namespace. `reader`: the node that has to receive it and confirms it by an event.
+        `patience`: further wait for the event if the node does not report a problem, s. Returns the text of the event; empty if
+        none was received in time. Raises RunError if the node does not subscribe to the topic, or refuses the message.
         """
         events: list[Event] = []
         statuses: dict[str, DiagnosticStatus] = {}
@@ -219,8 +201,7 @@ class Change(NamedTuple):
 def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str, Any]:
     """Values of some parameters of a node; None for those that it does not have.
 
-    Raises:
-        RunError: the node is not found, or does not respond.
+    Raises RunError if the node is not found, or does not respond.
     """
     (getter,) = remote.connect([Service(node, "get_parameters", GetParameters)])
     wanted = list(names)
@@ -231,16 +212,8 @@ def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str,
 def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Change]:
     """Change parameters of running nodes. All are checked first, and those of one node are changed together or not at all.
 
-    Args:
-        remote: The connection with the vessel.
-        changes: New values by `node.parameter`.
-
-    Returns:
-        Old and new values.
-
-    Raises:
-        ParameterError: a parameter is unknown, is set at the start only, or a value is not allowed.
-        RunError: a node is not found, or does not respond.
+    `changes`: new values by `node.parameter`. Returns old and new values. Raises ParameterError if a parameter is unknown, is
+    set at the start only, or a value is not allowed; RunError if a node is not found, or does not respond.
     """
     by_node: dict[str, dict[str, object]] = {}
     for key, value in changes.items():
@@ -292,8 +265,7 @@ def _checked(remote: Remote, node: str, values: Mapping[str, object]) -> list[Pa
 def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parameter:
     """A parameter with a new value.
 
-    Raises:
-        ParameterError: it is read-only, or the value has the wrong type or is out of range.
+    Raises ParameterError if it is read-only, or the value has the wrong type or is out of range.
     """
     name = f"{node}.{descriptor.name}"
     if descriptor.read_only:
@@ -327,19 +299,14 @@ def _plain(value: Any) -> Any:
     return list(value) if hasattr(value, "__iter__") and not isinstance(value, str) else value
 
 
-Pose = tuple[float, float, float]
-"""x, y, heading."""
+Pose = tuple[float, float, float]  # x, y, heading
 
 
 def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
     """Send a goal; returns a line that confirms it.
 
-    Args:
-        remote: The connection with the vessel.
-        heading: None for the bearing of the goal from where the reference is now.
-
-    Raises:
-        RunError: there is no reference node, or it takes no goals, or refuses this one.
+    `heading`: None for the bearing of the goal from where the reference is now. Raises RunError if there is no reference node,
+    or it takes no goals, or refuses this one.
     """
     frame = _frame(remote, "goal")
     message = _pose((x, y, _bearing(remote, x, y) if heading is None else heading), frame)
@@ -349,8 +316,7 @@ def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
 def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
     """Send a path of waypoints; returns a line that confirms it.
 
-    Raises:
-        RunError: there is no reference node, or it takes no paths, or refuses this one.
+    Raises RunError if there is no reference node, or it takes no paths, or refuses this one.
     """
     message = Path()
     message.header.frame_id = _frame(remote, "path")
@@ -359,11 +325,7 @@ def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
 
 
 def _bearing(remote: Remote, x: float, y: float) -> float:
-    """The direction from the reference to a point.
-
-    Raises:
-        RunError: the position of the reference is not known.
-    """
+    """The direction from the reference to a point. Raises RunError if the position of the reference is not known."""
     if (message := remote.receive(ReferenceState, "reference")) is None:
         raise RunError(f"{remote.name('reference')} had no message within {DISCOVERY_LIMIT:g} s: give the heading")
     present, *_ = conversions.read_reference(message)
@@ -371,11 +333,7 @@ def _bearing(remote: Remote, x: float, y: float) -> float:
 
 
 def _frame(remote: Remote, mode: str) -> str:
-    """The frame in which the reference node takes goals or paths.
-
-    Raises:
-        RunError: it is in another mode.
-    """
+    """The frame in which the reference node takes goals or paths. Raises RunError if it is in another mode."""
     values = get_parameters(remote, REFERENCE, ("mode", "frame_prefix", "frames"))
     if values["mode"] != mode:
         raise RunError(

@@ -20,28 +20,18 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.nodes import qos
 
-CLOCK_PERIOD = NANOSECONDS // 100
-"""Period of the /clock that is published if the bag contains none, ns of recorded time."""
-
-EARLIEST = 0.001
-"""How early a message may be published, s of wall time: a shorter wait costs more than it gains."""
+CLOCK_PERIOD = NANOSECONDS // 100  # period of the /clock that is published if the bag contains none, ns of recorded time
+EARLIEST = 0.001  # how early a message may be published, s of wall time: a shorter wait costs more than it gains
 
 
 @dataclass(frozen=True)
 class Playing:
-    """Options of a replay.
+    """Options of a replay."""
 
-    Attributes:
-        rate: Playback speed relative to real time.
-        loop: Whether to begin again at the end.
-        paused: Whether to wait at the start until the service `~/pause` resumes.
-        topics: Names of the topics to publish; all if empty.
-    """
-
-    rate: float = 1.0
-    loop: bool = False
-    paused: bool = False
-    topics: Sequence[str] = ()
+    rate: float = 1.0  # playback speed relative to real time
+    loop: bool = False  # whether to begin again at the end
+    paused: bool = False  # whether to wait at the start until the service `~/pause` resumes
+    topics: Sequence[str] = ()  # names of the topics to publish; all if empty
 
 
 class ReplayNode(Node):

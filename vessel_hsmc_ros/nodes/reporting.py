@@ -30,27 +30,18 @@ OK, WARN, ERROR, STALE = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticS
 
 
 class DiagnosticTask(NamedTuple):
-    """The state of one diagnostic task of a node, such as the age of its inputs: a status of /diagnostics.
+    """The state of one diagnostic task of a node, such as the age of its inputs: a status of /diagnostics."""
 
-    Attributes:
-        name: What it is about; empty for the node as a whole.
-        level: OK, WARN, ERROR, or STALE where its values are not updated.
-        message: The state in a few words.
-        values: Measured values by name.
-    """
-
-    name: str
-    level: bytes
-    message: str
-    values: dict[str, Any]
+    name: str  # what it is about; empty for the node as a whole
+    level: bytes  # OK, WARN, ERROR, or STALE where its values are not updated
+    message: str  # the state in a few words
+    values: dict[str, Any]  # measured values by name
 
 
 def summarised(own: DiagnosticTask, others: Sequence[DiagnosticTask]) -> DiagnosticTask:
     """The status of a node as a whole: that of its own work or, where that is OK, of all tasks that are not.
 
-    Args:
-        own: Status of the node's own work.
-        others: Its further tasks; a STALE one counts as a warning.
+    `others`: its further tasks; a STALE one counts as a warning.
     """
     raised = [task for task in others if task.level != OK]
     if own.level != OK or not raised:
@@ -62,10 +53,8 @@ def summarised(own: DiagnosticTask, others: Sequence[DiagnosticTask]) -> Diagnos
 class Reporter:
     """Publishes the diagnostics and the events of a node, and offers the services that cause events.
 
-    Args:
-        stamp: Returns the time of a report, ns.
-        parameters: The dataclass of its parameters. A node without parameters that may change while it runs, such as an observer
-            of a run, has no events.
+    `stamp`: returns the time of a report, ns. `parameters`: the dataclass of its parameters. A node without parameters that may
+    change while it runs, such as an observer of a run, has no events.
 
     Attributes:
         keep: Called with the topic and the message of each diagnostics and event: the black box, where the node has one.
@@ -83,8 +72,7 @@ class Reporter:
     def diagnose(self, tasks: Sequence[DiagnosticTask], only_changes: bool = False) -> None:
         """Publish a status for each task, the first of them that of the node as a whole.
 
-        Args:
-            only_changes: Publish only if the level of one of them has changed since the last call.
+        `only_changes`: publish only if the level of one of them has changed since the last call.
         """
         levels = [task.level for task in tasks]
         if only_changes and levels == self._levels:
@@ -120,9 +108,8 @@ class Reporter:
     def offer(self, kind: str, work: Callable[[], str]) -> None:
         """Offer a service that triggers `work`, whose result is the response's message and the event's text.
 
-        Args:
-            kind: Name of the service below the node's, and kind of the event.
-            work: What the service does. A RefusalError of it is the response's message: the request then has no effect.
+        `kind`: name of the service below the node's, and kind of the event. `work`: what the service does. A RefusalError of it
+        is the response's message: the request then has no effect.
         """
 
         def serve(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -134,10 +121,8 @@ class Reporter:
     def offer_switch(self, kind: str, opposite: str, work: Callable[[bool], str]) -> None:
         """Offer a service that switches something on and off by `work`, as `offer` does.
 
-        Args:
-            kind: Name of the service below the node's, and kind of the event when it switches on.
-            opposite: Kind of the event when it switches off.
-            work: What the service does with the request's flag.
+        `kind`: name of the service below the node's, and kind of the event when it switches on. `opposite`: kind of the event
+        when it switches off. `work`: what the service does with the request's flag.
         """
 
         def serve(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -178,15 +163,9 @@ class RecentProblem:
         return (self._level, self._text) if time.monotonic() - self._met_at < REPORT_SECONDS else None
 
 
-MINUTE = 60.0
-"""Time over which events are counted, s."""
-
-TOLERATED = 5
-"""Events a minute that are not worth a warning, such as periods that a busy machine missed."""
-
-LOW_SPACE, NO_SPACE = 1e9, 1e8
-"""Free disk space below which a recording is in danger, and will end soon, bytes."""
-
+MINUTE = 60.0  # time over which events are counted, s
+TOLERATED = 5  # events a minute that are not worth a warning, such as periods that a busy machine missed
+LOW_SPACE, NO_SPACE = 1e9, 1e8  # free disk space below which a recording is in danger, and will end soon, bytes
 LONGEST_WAIT = 5.0
 """Longest time for which a message may wait for the recorder, s; on a busy machine a second or two are normal, and harmless."""
 
@@ -209,9 +188,8 @@ class Recent:
 def ages(name: str, seconds: Mapping[str, float | None], limit: float) -> DiagnosticTask:
     """The ages of the messages on which a node depends.
 
-    Args:
-        seconds: Age of the latest message by its name, s; None where none has been received.
-        limit: Age above which a message no longer counts, s; infinite in lockstep.
+    `seconds`: age of the latest message by its name, s; None where none has been received. `limit`: age above which a message
+    no longer counts, s; infinite in lockstep.
     """
     old = [key for key, age in seconds.items() if (math.inf if age is None else age) > limit]
     shown = {key: math.nan if age is None else round(age, 6) for key, age in seconds.items()}
@@ -220,13 +198,7 @@ def ages(name: str, seconds: Mapping[str, float | None], limit: float) -> Diagno
 
 
 def counted(name: str, count: int, recent: int, of: float, what: str) -> DiagnosticTask:
-    """Events that should not occur: a warning from TOLERATED a minute on, an error where they are one of twenty.
-
-    Args:
-        count: Their number since the start.
-        recent: Their number in the last minute.
-        of: How many could have occurred in it.
-    """
+    """Events that should not occur: a warning from TOLERATED a minute on, an error where they are one of twenty."""
     level = ERROR if recent > max(TOLERATED, 0.05 * of) else WARN if recent > TOLERATED else OK
     return DiagnosticTask(name, level, f"{recent} {what} in the last minute", {"total": count, "last_minute": recent})
 
@@ -234,9 +206,8 @@ def counted(name: str, count: int, recent: int, of: float, what: str) -> Diagnos
 def saturation(share: float, lasting: bool) -> DiagnosticTask:
     """How much of the time a command is limited.
 
-    Args:
-        share: Share of the commands of the last minute that were limited.
-        lasting: Whether a command has been at one limit for longer than is normal.
+    `share`: share of the commands of the last minute that were limited. `lasting`: whether a command has been at one limit for
+    longer than is normal.
     """
     message = "at a limit for too long" if lasting else f"{share:.0%} of the last minute at a limit"
     return DiagnosticTask("saturation", WARN if lasting else OK, message, {"share": round(share, 4)})
@@ -245,8 +216,7 @@ def saturation(share: float, lasting: bool) -> DiagnosticTask:
 def bounded(name: str, values: Mapping[str, float], limit: float) -> DiagnosticTask:
     """Magnitudes that should stay below a limit; NaN stands for a value that does not exist.
 
-    Args:
-        limit: A magnitude above it is a warning.
+    `limit`: a magnitude above it is a warning.
     """
     present = {key: abs(value) for key, value in values.items() if not math.isnan(value)}
     above = [key for key, value in present.items() if value > limit]
@@ -257,9 +227,7 @@ def bounded(name: str, values: Mapping[str, float], limit: float) -> DiagnosticT
 def motion(values: Mapping[str, float], refused: str) -> DiagnosticTask:
     """Whether a reference can be followed.
 
-    Args:
-        values: Its present velocities and accelerations by name.
-        refused: Why the latest goal or path was ignored; empty if it was not.
+    `refused`: why the latest goal or path was ignored; empty if it was not.
     """
     wrong = [key for key, value in values.items() if not math.isfinite(value)]
     if wrong:
@@ -270,10 +238,8 @@ def motion(values: Mapping[str, float], refused: str) -> DiagnosticTask:
 def recording(directory: Path, waited: float, dropped: int) -> list[DiagnosticTask]:
     """The diagnostic tasks of a recorder: its queue, the space left on its disk, gaps in its topics.
 
-    Args:
-        directory: The bag's folder.
-        waited: Longest time for which a message has waited since the last call, s.
-        dropped: Number of messages that are missing.
+    `waited`: longest time for which a message has waited since the last call, s. `dropped`: number of messages that are
+    missing.
     """
     slow = waited > LONGEST_WAIT
     gaps = f"{dropped} messages are missing" if dropped else "no message is missing"

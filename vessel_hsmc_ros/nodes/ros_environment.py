@@ -16,17 +16,14 @@ from pathlib import Path
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import MESSAGES, messages_remedy, prefixes, share_directory
 
-MIDDLEWARES = "share/ament_index/resource_index/rmw_typesupport"
-"""Folder of a prefix in which every middleware has an entry."""
-
+MIDDLEWARES = "share/ament_index/resource_index/rmw_typesupport"  # folder of a prefix in which every middleware has an entry
 _FIELD = re.compile(r"^[A-Za-z][\w/]*(?:<=\d+)?(?:\[[^\]]*\])?\s+([a-z]\w*)", re.MULTILINE)
 
 
 def check_ros() -> None:
     """Check what ROS takes from the environment; choose another folder for its logs where the home cannot be written.
 
-    Raises:
-        InstallationError: ROS would not start, or two installations would mix; the message names the variable.
+    Raises InstallationError if ROS would not start, or two installations would mix; the message names the variable.
     """
     for problem in _problems():
         raise InstallationError(problem)
@@ -35,9 +32,7 @@ def check_ros() -> None:
 def check_messages() -> None:
     """Check that the messages of this package are those that it was written for.
 
-    Raises:
-        ModuleNotFoundError: they are not installed.
-        InstallationError: they are older, or newer.
+    Raises ModuleNotFoundError if they are not installed; InstallationError if they are older, or newer.
     """
     package = import_module(f"{MESSAGES}.msg")
     for path in sorted((share_directory() / "msg_defs" / "msg").glob("*.msg")):

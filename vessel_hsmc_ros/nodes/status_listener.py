@@ -14,16 +14,14 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 
-RESTART_LIMIT = 15.0
-"""Time for a node that is started again to report, s."""
+RESTART_LIMIT = 15.0  # time for a node that is started again to report, s
 
 
 class StatusListener:
     """Collects the latest diagnostics of each node in a namespace, on a ROS context of its own.
 
-    Args:
-        namespace: The nodes' namespace, without slashes at its ends.
-        vessels: Namespaces of the vessels of a fleet, whose nodes are named such as `vessel_2/controller`.
+    `namespace`: the nodes' namespace, without slashes at its ends. `vessels`: namespaces of the vessels of a fleet, whose nodes
+    are named such as `vessel_2/controller`.
 
     Attributes:
         status: The latest diagnostics values of each node.

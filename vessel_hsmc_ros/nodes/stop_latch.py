@@ -12,12 +12,9 @@ from vessel_hsmc_ros.nodes.base import VesselNode
 class StopLatch:
     """The share goes to 1 in `ramp_time` while there are commands, to 0 in the same time without, and is 0 after `~/stop`.
 
-    It stays 0 until `~/rearm`; the latch offers both services.
-
-    Args:
-        node: Offers the services; its parameter `ramp_time` is the time between 0 and 1; 0: at once.
-        output: What is zero after a stop, such as "the wrench".
-        act: Sends the zero of a stop, so that it does not wait for the next period.
+    It stays 0 until `~/rearm`; the latch offers both services. `node`: offers the services; its parameter `ramp_time` is the
+    time between 0 and 1; 0: at once. `output`: what is zero after a stop, such as "the wrench". `act`: sends the zero of a
+    stop, so that it does not wait for the next period.
 
     Attributes:
         text: What a stopped node reports.
@@ -34,9 +31,8 @@ class StopLatch:
     def update(self, fresh: bool, allowed: bool = True) -> float:
         """The share at present.
 
-        Args:
-            fresh: Whether there is a command that counts.
-            allowed: Whether any may be passed on: without it the share is 0 at once.
+        `fresh`: whether there is a command that counts. `allowed`: whether any may be passed on: without it the share is 0 at
+        once.
         """
         now, ramp_time = time.monotonic(), self._node.parameters.ramp_time
         change = (now - self._at) / ramp_time if ramp_time else 1.0

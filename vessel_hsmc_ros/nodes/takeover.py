@@ -11,17 +11,14 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.safety.handover import Handover
 
-REPEAT = 0.2
-"""Time after which a controller that is not in standby yet is sent there again, s."""
+REPEAT = 0.2  # time after which a controller that is not in standby yet is sent there again, s
 
 
 class Takeover:
     """Reports the standby of the controller to the handover, and after a takeover puts the controller there, again until it is.
 
-    Args:
-        node: Subscribes to the state of the controller, and calls its service.
-        handover: Knows whether there has been a takeover.
-        rest: Called while the controller is in standby.
+    `node`: subscribes to the state of the controller, and calls its service. `handover`: knows whether there has been a
+    takeover. `rest`: called while the controller is in standby.
     """
 
     def __init__(self, node: VesselNode, handover: Handover, end: Callable[[], None], rest: Callable[[], None]) -> None:

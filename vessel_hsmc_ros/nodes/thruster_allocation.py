@@ -21,9 +21,7 @@ from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
-CHECK_PERIOD = 0.05
-"""Time between two checks for an overdue command, s."""
-
+CHECK_PERIOD = 0.05  # time between two checks for an overdue command, s
 LONGEST_STEP = 1_000_000_000
 """Period of the slowest plant, ns: a stamp that is further ahead of the last one is not that of the next step."""
 
@@ -112,8 +110,7 @@ class ThrusterAllocationNode(VesselNode):
     def _on_step(self, stamp: int, message: WrenchStamped) -> None:
         """Lockstep: take a command; one with a later stamp than all before is the answer to the next step.
 
-        Raises:
-            SimulationError: there is none for the step, and the run cannot go on without it.
+        Raises SimulationError if there is none for the step, and the run cannot go on without it.
         """
         answers = self._is_stopped or self.stamp < stamp <= self.stamp + LONGEST_STEP
         if answers:

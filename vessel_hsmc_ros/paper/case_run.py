@@ -27,12 +27,8 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario
 
 Progress = Callable[[float], None]
 
-ENDED_BY_SIGNAL = 128
-"""Exit codes of a run above this mean that a signal ended it."""
-
-FIRST, STRIDE = 300, 10
-"""A figure needs each of the first samples, where the transient is fast, and then every tenth."""
-
+ENDED_BY_SIGNAL = 128  # exit codes of a run above this mean that a signal ended it
+FIRST, STRIDE = 300, 10  # a figure needs each of the first samples, where the transient is fast, and then every tenth
 RATES = (PLANT, REFERENCE, CONTROLLER)
 
 NO_PREDICTION: tuple[Array, Array] = (np.empty(0), np.empty(0))
@@ -41,16 +37,11 @@ NO_PREDICTION: tuple[Array, Array] = (np.empty(0), np.empty(0))
 
 @dataclasses.dataclass(frozen=True)
 class CaseResult:
-    """The results of a case.
+    """The results of a case."""
 
-    Attributes:
-        numbers: The measured values.
-        run: Its arrays, thinned for drawing, without the network weights.
-        reduced: Times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's.
-    """
-
-    numbers: Numbers
-    run: Run
+    numbers: Numbers  # the measured values
+    run: Run  # its arrays, thinned for drawing, without the network weights
+    # times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's
     reduced: tuple[Array, Array]
 
 
@@ -74,12 +65,8 @@ def duration_of(case: Case) -> float:
 def simulate_case(case: Case, progress: Progress) -> CaseResult:
     """Run a case offline.
 
-    Args:
-        case: The case.
-        progress: Called with the simulated time.
-
-    Raises:
-        SimulationError, ControlError: the loop diverges although the case is not expected to.
+    `progress`: called with the simulated time. Raises SimulationError, ControlError if the loop diverges although the case is
+    not expected to.
     """
     scenario = scenario_of(case)
     sim = scenario.vessel_sim
@@ -107,18 +94,8 @@ def simulate_case(case: Case, progress: Progress) -> CaseResult:
 def run_case_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> CaseResult:
     """Run a case by the nodes over ROS 2; its bag stays in the run folder.
 
-    Args:
-        case: A case that nodes can run.
-        folder: The run folder.
-        progress: Called with the simulated time.
-
-    Returns:
-        The measured numbers and the thinned arrays, from the recorded bag.
-
-    Raises:
-        RunError: a node failed.
-        KeyboardInterrupt: the run was interrupted.
-        BagError: the bag cannot be read.
+    `progress`: called with the simulated time. Returns the measured numbers and the thinned arrays, from the recorded bag.
+    Raises RunError if a node failed; KeyboardInterrupt if the run was interrupted; BagError if the bag cannot be read.
     """
     from vessel_hsmc_ros.bags.reader import open_bag  # rosbags takes longer to import than the rest
 
@@ -134,14 +111,8 @@ def run_case_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> Case
 def evaluate_case(case: Case, scenario: Scenario, run: Run, ended_at: float = NAN) -> CaseResult:
     """Measure a run and reduce its arrays to the samples that the figures need.
 
-    Args:
-        case: The case that was run.
-        scenario: The scenario of the run.
-        run: Its arrays.
-        ended_at: The time at which the run diverged, s; NaN if it did not.
-
-    Returns:
-        The measured numbers, the thinned arrays and the prediction of the reduced dynamics.
+    `ended_at`: the time at which the run diverged, s; NaN if it did not. Returns the measured numbers, the thinned arrays and
+    the prediction of the reduced dynamics.
     """
     vessel = scenario.vessel_sim.vessel.coefficients()
     law = law_numbers(case, scenario)

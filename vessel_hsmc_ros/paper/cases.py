@@ -8,9 +8,7 @@ from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.laws.hierarchical_parameters import HierarchicalParameters
 
 PRINTED, REPAIRED = "hierarchical_printed", "hierarchical"
-LAWS = {PRINTED: "printed", REPAIRED: "repaired"}
-"""Both forms of the law, and what the pages call them."""
-
+LAWS = {PRINTED: "printed", REPAIRED: "repaired"}  # both forms of the law, and what the pages call them
 CALM: Mapping[str, object] = {
     "vessel_sim.disturbance.periodic.surge_force": 0.0,
     "vessel_sim.disturbance.periodic.sway_force": 0.0,
@@ -48,26 +46,16 @@ def damping(factor: float) -> Mapping[str, object]:
 
 @dataclass(frozen=True)
 class Case:
-    """A run that the reproduction needs.
+    """A run that the reproduction needs."""
 
-    Attributes:
-        name: Key by which claims, errata and figures refer to it.
-        title: What it shows.
-        scenario: Scenario it is derived from.
-        changes: Changed values by `node.parameter`.
-        exact: Replace the networks by the exact model of the ship; offline only.
-        rate_hz: Run all nodes at this rate although the law is unstable there; offline only.
-        ends: The run is expected to diverge before its end; offline only.
-        constants: Constants of the repaired law, by their symbols, that replace those of its parameters; offline only.
-    """
-
-    name: str
-    title: str
-    scenario: str
-    changes: Mapping[str, object] = field(default_factory=dict)
-    exact: bool = False
-    rate_hz: float = 0.0
-    ends: bool = False
+    name: str  # key by which claims, errata and figures refer to it
+    title: str  # what it shows
+    scenario: str  # scenario it is derived from
+    changes: Mapping[str, object] = field(default_factory=dict)  # changed values by `node.parameter`
+    exact: bool = False  # replace the networks by the exact model of the ship; offline only
+    rate_hz: float = 0.0  # run all nodes at this rate although the law is unstable there; offline only
+    ends: bool = False  # the run is expected to diverge before its end; offline only
+    # constants of the repaired law, by their symbols, that replace those of its parameters; offline only
     constants: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -87,9 +75,7 @@ SWAY_WEIGHT = "controller.hierarchical_printed.sway_weight"
 # 0.299 rad/s² and 0.213 m/s² at the largest z1 and z2 of the circle, rounded up. Without networks eta1 must exceed b·|f_r| too,
 # in all 1.9 rad/s² on the circle.
 ETA_OF_34, ETA_WITHOUT_NETWORKS = 0.3, 2.0
-ADAPTATION_GAINS = (0.01, 0.1, 1.0, 100.0)
-"""Adaptation gains of the course's network beside the scenario's, 1/s."""
-
+ADAPTATION_GAINS = (0.01, 0.1, 1.0, 100.0)  # adaptation gains of the course's network beside the scenario's, 1/s
 STIFF: Mapping[str, object] = {"controller.pd.heading_gain": 2.3e7, "controller.pd.yaw_rate_gain": 7.6e7}
 """Gains of a PD controller that is not tuned to resemble the paper's figures."""
 
@@ -180,9 +166,7 @@ TOLD: Mapping[str, object] = {
     "controller.hierarchical.actuator_identification": False,
     **{f"controller.vessel.{name}": value for name, value in INSTANT.items()},
 }
-PREFIX = "repaired_"
-"""What precedes the name of a case where it is run with the repaired law."""
-
+PREFIX = "repaired_"  # what precedes the name of a case where it is run with the repaired law
 NO_NETWORKS = dict.fromkeys(("rho", "gamma1", "gamma2", "gamma3"), 0.0)
 # sgn, and a gain that dominates all that networks would compensate, as in the case of the printed law.
 PLAIN = {**NO_NETWORKS, "phi1": 1e-9, "phi2": 1e-9, "eta1": ETA_WITHOUT_NETWORKS, "eta2": ETA_WITHOUT_NETWORKS}
@@ -195,10 +179,8 @@ BY_NAME = {case.name: case for case in PRINTED_CASES}
 def repaired(name: str, changes: Mapping[str, object] | None = None, constants: Mapping[str, Any] | None = None) -> Case:
     """A case of the printed law with the repaired one.
 
-    Args:
-        name: Name of the case of the printed law.
-        changes: What replaces its changes of parameters that the repaired law does not have.
-        constants: Replaced constants of the repaired law.
+    `name`: name of the case of the printed law. `changes`: what replaces its changes of parameters that the repaired law does
+    not have.
     """
     case = BY_NAME[name]
     changes = case.changes if changes is None else changes
@@ -233,11 +215,7 @@ Outcome = TypeVar("Outcome")
 def of_law(law: str, outcomes: Mapping[str, Outcome]) -> dict[str, Outcome]:
     """The outcomes of the cases of one form of the law, by the names that its cases have for the law as printed.
 
-    Case 1 is the same for both: it controls the course alone, by other laws.
-
-    Args:
-        law: PRINTED or REPAIRED.
-        outcomes: The outcomes of all cases, by name.
+    Case 1 is the same for both: it controls the course alone, by other laws. `law`: PRINTED or REPAIRED.
     """
     if law == PRINTED:
         return {name: found for name, found in outcomes.items() if not name.startswith(PREFIX)}

@@ -9,33 +9,25 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.paper.numbers import Numbers
 
-Results = Mapping[str, Numbers]
-"""The numbers of every run of one form of the law, by its name."""
-
+Results = Mapping[str, Numbers]  # the numbers of every run of one form of the law, by its name
 NARROW = 1.3
 """A value within this factor of its threshold meets or misses it narrowly: another threshold could change the answer."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One number, or the ratio of two numbers, against a threshold.
+    """One number, or the ratio of two numbers, against a threshold."""
 
-    Attributes:
-        quantity: What is measured.
-        run, number: Name of the run and of its number.
-        below, above: Upper and lower threshold, which the value may equal; at least one is given. NaN meets none.
-        unit: Unit of the number, with a leading space where one is written.
-        over: Divide by this number of this run.
-        also: Runs with other values of a gain that the paper does not give, where the law has them; the best of all runs counts.
-    """
-
-    quantity: str
+    quantity: str  # what is measured
+    # run, number: name of the run and of its number
     run: str
     number: str
+    # below, above: upper and lower threshold, which the value may equal; at least one is given. NaN meets none
     below: float | None = None
     above: float | None = None
-    unit: str = ""
-    over: tuple[str, str] | None = None
+    unit: str = ""  # unit of the number, with a leading space where one is written
+    over: tuple[str, str] | None = None  # divide by this number of this run
+    # runs with other values of a gain that the paper does not give, where the law has them; the best of all runs counts
     also: tuple[str, ...] = ()
 
     def values(self, results: Results) -> list[float]:
@@ -74,21 +66,13 @@ class Check:
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement of the paper about its controllers.
+    """A statement of the paper about its controllers."""
 
-    Attributes:
-        place: Section, equation or figure of the paper.
-        statement: The claim, paraphrased.
-        checks: All of these must hold.
-        by_construction: The forms of the law for which it holds because the law was made so that it does.
-        remark: What the answers depend on, or what limits their meaning.
-    """
-
-    place: str
-    statement: str
-    checks: tuple[Check, ...]
-    by_construction: tuple[str, ...] = ()
-    remark: str = ""
+    place: str  # section, equation or figure of the paper
+    statement: str  # the claim, paraphrased
+    checks: tuple[Check, ...]  # all of these must hold
+    by_construction: tuple[str, ...] = ()  # the forms of the law for which it holds because the law was made so that it does
+    remark: str = ""  # what the answers depend on, or what limits their meaning
 
     def holds(self, results: Results) -> bool:
         """Whether every check holds."""

@@ -9,30 +9,21 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.paper.checks import Results
 
-TOLERANCE = 0.1
-"""Numbers that differ by less than this fraction agree."""
+TOLERANCE = 0.1  # numbers that differ by less than this fraction agree
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One number of the prototype.
+    """One number of the prototype."""
 
-    Attributes:
-        quantity: What was measured.
-        prototype: The prototype's value.
-        unit: Its unit, with a leading space where one is written.
-        run, number: Name of our run and of its number.
-        at_most: The prototype's value is an upper bound, given to one digit, instead of a value to agree with.
-        reason: Why ours differs, if it does.
-    """
-
-    quantity: str
-    prototype: float
-    unit: str
+    quantity: str  # what was measured
+    prototype: float  # the prototype's value
+    unit: str  # its unit, with a leading space where one is written
+    # run, number: name of our run and of its number
     run: str
     number: str
-    at_most: bool = False
-    reason: str = ""
+    at_most: bool = False  # the prototype's value is an upper bound, given to one digit, instead of a value to agree with
+    reason: str = ""  # why ours differs, if it does
 
     def measured(self, results: Results) -> float:
         """Our value."""

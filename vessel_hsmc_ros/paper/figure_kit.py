@@ -21,9 +21,7 @@ STYLE: Any = {
     "savefig.dpi": 200,
 }
 
-START = 1.0
-"""The first commands of the printed law are far above all later ones: axes are scaled to the time after START, s."""
-
+START = 1.0  # the first commands of the printed law are far above all later ones: axes are scaled to the time after START, s
 WIDTH = 6.3
 DEGREES = 180.0 / np.pi
 
@@ -37,20 +35,14 @@ LOOKS: dict[str, dict[str, Any]] = {
 DESIRED: dict[str, Any] = {"color": INK, "ls": "--", "lw": 1.0, "label": "desired"}
 PD, TRUTH = OTHER, INK
 
-Both = Mapping[str, Run]
-"""A run of each form of the law, by the law."""
+Both = Mapping[str, Run]  # a run of each form of the law, by the law
 
 
 def panels(count: int, height: float = 1.75, ratios: Sequence[float] | None = None) -> tuple[Figure, list[Axes]]:
     """Create panels below each other with a common time axis.
 
-    Args:
-        count: Number of panels.
-        height: Height of a panel, inches.
-        ratios: Relative heights; equal if not given.
-
-    Returns:
-        The figure and its axes from top to bottom.
+    `count`: number of panels. `height`: height of a panel, inches. `ratios`: relative heights; equal if not given. Returns the
+    figure and its axes from top to bottom.
     """
     figure = Figure(figsize=(WIDTH, 0.5 + height * count), layout="constrained")
     grid = figure.add_gridspec(count, 1, height_ratios=ratios)
@@ -72,10 +64,7 @@ def unwrapped(angle: Array) -> Array:
 def settle(axis: Axes, time: Array, values: Array) -> None:
     """Scale the ordinate to the values after the first second.
 
-    Args:
-        axis: Axes to scale.
-        time: Times of the samples, (n,) s.
-        values: The signals that are drawn, (n,) or (m, n).
+    `time`: times of the samples, (n,) s. `values`: the signals that are drawn, (n,) or (m, n).
     """
     rest = values[..., time > START] if time[-1] > START else values
     low, high = float(np.min(rest)), float(np.max(rest))

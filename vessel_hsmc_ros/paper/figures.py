@@ -38,12 +38,7 @@ ZOOM, NEAR = 0.2, 0.6
 def pair(axis: Axes, runs: Both, column: int, name: str, scale: float = 1.0) -> None:
     """Draw one component of the ships and the reference over time.
 
-    Args:
-        axis: Where to draw.
-        runs: The runs.
-        column: Of x, y, psi, u, v, r.
-        name: Label of the axis.
-        scale: Factor to the unit of the axis.
+    `column`: of x, y, psi, u, v, r. `scale`: factor to the unit of the axis.
     """
     reference = runs[REPAIRED]
     desired = unwrapped(reference.reference[:, 2]) if column == 2 else scale * reference.reference[:, column]
@@ -58,11 +53,7 @@ def pair(axis: Axes, runs: Both, column: int, name: str, scale: float = 1.0) -> 
 def commands(first: Axes, axis: Axes, runs: Both, column: int) -> None:
     """Draw commands, held between their samples: those of the first moment, far above all later ones, have a scale of their own.
 
-    Args:
-        first: Where to draw the first ZOOM seconds.
-        axis: Where to draw the whole run.
-        runs: The runs.
-        column: 0 for the surge force, 1 for the yaw moment.
+    `first`: where to draw the first ZOOM seconds. `column`: 0 for the surge force, 1 for the yaw moment.
     """
     for law, words in FORMS.items():
         time, values = runs[law].time, runs[law].wrench[:, column]
@@ -153,12 +144,7 @@ def wrench(runs: Both) -> Figure:
 def draw_all(outcomes: Mapping[str, CaseResult], folder: Path) -> list[Path]:
     """Draw every figure as PNG, 200 dpi.
 
-    Args:
-        outcomes: The runs of all cases, by name.
-        folder: An existing folder.
-
-    Returns:
-        The files.
+    `folder`: an existing folder. Returns the files.
     """
     runs = {law: {name: found.run for name, found in of_law(law, outcomes).items()} for law in FORMS}
     shared = runs[PRINTED]

@@ -93,9 +93,7 @@ STABILITY = (
 )
 
 
-SUFFICIENT = f"circle_switching_{ETA_OF_34:g}"
-"""The circle with switching gains that meet (34)."""
-
+SUFFICIENT = f"circle_switching_{ETA_OF_34:g}"  # the circle with switching gains that meet (34)
 SIMULATIONS = (
     Claim(
         "6.1, Fig. 1",

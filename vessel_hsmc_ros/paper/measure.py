@@ -16,14 +16,9 @@ from vessel_hsmc_ros.paper.numbers import NAN, Numbers
 from vessel_hsmc_ros.paper.reduced import ON_SURFACES, growth_rate, reduced_error
 from vessel_hsmc_ros.plant.dynamics import Vessel
 
-EARLY = 50.0
-"""Time of the first position error of case 3 that the errata quote, s."""
-
-SETTLED_DEG, SETTLED = 1.0, 0.1
-"""Tolerances of the settling times of heading and surge error, degrees and m."""
-
-REACHED = 0.01
-"""A surface is reached when it stays below this fraction of its initial value."""
+EARLY = 50.0  # time of the first position error of case 3 that the errata quote, s
+SETTLED_DEG, SETTLED = 1.0, 0.1  # tolerances of the settling times of heading and surge error, degrees and m
+REACHED = 0.01  # a surface is reached when it stays below this fraction of its initial value
 
 
 class Repaired(NamedTuple):
@@ -40,14 +35,8 @@ LawNumbers = HierarchicalPrintedParameters | Repaired | None
 def measure(run: Run, vessel: Vessel, law: LawNumbers, reduced: tuple[Array, Array] | None = None) -> Numbers:
     """Measure all numbers of a run.
 
-    Args:
-        run: A run of at least two samples, evenly spaced.
-        vessel: The plant's coefficients.
-        law: The numbers of its law.
-        reduced: What `reduced_error` gives for a run of the law as printed, if it is known already.
-
-    Returns:
-        The numbers; those of surfaces and networks are NaN for another law.
+    `run`: a run of at least two samples, evenly spaced. `reduced`: what `reduced_error` gives for a run of the law as printed,
+    if it is known already. Returns the numbers; those of surfaces and networks are NaN for another law.
     """
     numbers = _motion(run) | _effort(run, vessel)
     if isinstance(law, HierarchicalPrintedParameters):
@@ -67,13 +56,8 @@ def measure(run: Run, vessel: Vessel, law: LawNumbers, reduced: tuple[Array, Arr
 def settling_time(time: Array, values: Array, limit: float) -> float:
     """Settling time: the time from which |values| stay below a limit.
 
-    Args:
-        time: Times of the samples, (n,) s.
-        values: The signal, (n,).
-        limit: Half the width of the tolerance band, in the unit of the signal.
-
-    Returns:
-        Time of the first sample after the last one outside of the band, s; NaN if the signal ends outside.
+    `time`: times of the samples, (n,) s. `values`: the signal, (n,). `limit`: half the width of the tolerance band, in the unit
+    of the signal. Returns time of the first sample after the last one outside of the band, s; NaN if the signal ends outside.
     """
     # Negated `<` instead of `>=`: NaN then counts as outside of the band.
     above = np.flatnonzero(~(np.abs(values) < limit))

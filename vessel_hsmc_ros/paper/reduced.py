@@ -37,8 +37,7 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 ON_SURFACES, STRIDE = 20.0, 10
 """Time from which a run is compared with the reduced dynamics, s, and half the step of the comparison in samples."""
 
-RUNAWAY = 1e6
-"""A position, heading or velocity beyond this is not physical."""
+RUNAWAY = 1e6  # a position, heading or velocity beyond this is not physical
 
 
 class Surfaces(NamedTuple):
@@ -54,13 +53,7 @@ class Surfaces(NamedTuple):
 def on_surfaces(x: float, y: float, psi: float, v: float, desired: Motion, g: Surfaces) -> tuple[float, float, float]:
     """Velocities that keep S1 = S2 = 0, and the lateral error.
 
-    Args:
-        x, y, psi, v: Position, heading and sway velocity of the ship.
-        desired: State of the virtual ship.
-        g: Constants of the surfaces.
-
-    Returns:
-        u [m/s], r [rad/s], z2e [m].
+    `x`, `y`, `psi`, `v`: position, heading and sway velocity of the ship. Returns u [m/s], r [rad/s], z2e [m].
     """
     z, z_d = transform(Motion(x, y, psi, 0.0, v, 0.0)), transform(desired)
     dz_d = transform_rate(z_d, desired)
@@ -81,12 +74,7 @@ class Reduced(NamedTuple):
 def rate(state: Reduced, desired: Motion, tau_vw: float, g: Surfaces, vessel: Vessel) -> Reduced:
     """The time derivative of the state.
 
-    Args:
-        state: The state.
-        desired: State of the virtual ship.
-        tau_vw: Disturbance in sway, m/s².
-        g: Constants of the surfaces.
-        vessel: Coefficients of (6).
+    `tau_vw`: disturbance in sway, m/s². `vessel`: coefficients of (6).
     """
     u, r, _ = on_surfaces(state.x, state.y, state.psi, state.v, desired, g)
     f_v = unforced_acceleration(u, state.v, r, vessel)[1]
@@ -107,7 +95,6 @@ def lateral_error(time: Array, reference: Array, disturbance: Array, start: Arra
         reference: x, y, psi, u, v, r of the virtual ship at those times, (2·n + 1, 6).
         disturbance: tau_vw at those times, (2·n + 1,) m/s².
         start: x, y, psi, v of the ship at the first time, (4,).
-        g: Constants of the surfaces.
         vessel: Coefficients of (6).
 
     Returns:
@@ -135,12 +122,8 @@ def lateral_error(time: Array, reference: Array, disturbance: Array, start: Arra
 def growth_rate(r: float, v: float, vessel: Vessel) -> float:
     """The larger root of s² + (D/m22)·s - (m11/m22)·r² = 0: the growth rate of z2e in a turn, 1/s.
 
-    D = d_v + 2·d_v2·|v| + 3·d_v3·v² is the slope of the damping at v: a small error adds to the sway velocity of the turn.
-
-    Args:
-        r: Yaw velocity, rad/s; on a straight line the root is 0.
-        v: Sway velocity, m/s.
-        vessel: Coefficients of (6).
+    D = d_v + 2·d_v2·|v| + 3·d_v3·v² is the slope of the damping at v: a small error adds to the sway velocity of the turn. `r`:
+    yaw velocity, rad/s; on a straight line the root is 0. `v`: sway velocity, m/s. `vessel`: coefficients of (6).
     """
     damping = (vessel.d_v + 2.0 * vessel.d_v2 * abs(v) + 3.0 * vessel.d_v3 * v * v) / vessel.m22
     return 0.5 * (math.sqrt(damping * damping + 4.0 * vessel.m11 / vessel.m22 * r * r) - damping)
@@ -149,15 +132,9 @@ def growth_rate(r: float, v: float, vessel: Vessel) -> float:
 def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalPrintedParameters) -> tuple[Array, Array]:
     """Times and lateral errors that the reduced dynamics predict from ON_SURFACES on; empty for a run that ends before.
 
-    The prediction holds only for a constant weight a: a weight of switching sign changes the surfaces at every switch.
-
-    Args:
-        run: The run to compare with, which provides the initial state, the reference and the disturbance.
-        vessel: Coefficients of (6).
-        gains: Parameters of the paper's law.
-
-    Returns:
-        Times, (n,) s, and z2e, (n,) m.
+    The prediction holds only for a constant weight a: a weight of switching sign changes the surfaces at every switch. `run`:
+    the run to compare with, which provides the initial state, the reference and the disturbance. `vessel`: coefficients of (6).
+    Returns times, (n,) s, and z2e, (n,) m.
     """
     rows = np.flatnonzero(run.time >= ON_SURFACES)[::STRIDE]
     # An odd number of samples, because one Runge-Kutta step spans two intervals.

@@ -23,17 +23,9 @@ Progress = Callable[[float], None]
 def run_cases(cases: Sequence[Case], nodes: Path | None, progress: Progress) -> dict[str, CaseResult]:
     """Run cases in worker processes, or by the nodes where they can.
 
-    Args:
-        cases: The cases.
-        nodes: Folder for the run folders of the nodes; None runs every case offline.
-        progress: Called with the simulated time of all cases together.
-
-    Returns:
-        The results by the name of the case, in the order of the cases.
-
-    Raises:
-        RunError: ROS is not installed, or a node or worker process failed.
-        SimulationError, ControlError: a case diverged that is not expected to.
+    `nodes`: folder for the run folders of the nodes; None runs every case offline. `progress`: called with the simulated time
+    of all cases together. Returns the results by the name of the case, in the order of the cases. Raises RunError if ROS is not
+    installed, or a node or worker process failed; SimulationError, ControlError if a case diverged that is not expected to.
     """
     by_nodes = [case for case in cases if nodes is not None and case.by_nodes]
     # The longest cases first, so that no long one is left to a single worker at the end.
@@ -63,16 +55,8 @@ def _run_by_nodes(cases: Sequence[Case], parent: Path, progress: Progress, start
 def write(results: Mapping[str, CaseResult], folder: Path, cases: Sequence[Case] = CASES) -> Results:
     """Write results.json, claims.md and the figures into a folder.
 
-    Args:
-        results: The results of the cases, by name.
-        folder: Created if it does not exist.
-        cases: The cases, in the order in which results.json lists them.
-
-    Returns:
-        The numbers of every case, by name.
-
-    Raises:
-        RunError: the folder cannot be written.
+    `folder`: created if it does not exist. `cases`: the cases, in the order in which results.json lists them. Returns the
+    numbers of every case, by name. Raises RunError if the folder cannot be written.
     """
     from vessel_hsmc_ros.paper.figures import draw_all  # matplotlib is slow to import
 
@@ -125,11 +109,7 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
 
 
 def load(path: Path) -> dict[str, Numbers]:
-    """Read the numbers of a results.json.
-
-    Raises:
-        RunError: the file cannot be read.
-    """
+    """Read the numbers of a results.json. Raises RunError if the file cannot be read."""
     try:
         cases = json.loads(path.read_text(encoding="utf-8"))["cases"]
         return {name: Numbers(**case["numbers"]) for name, case in cases.items()}

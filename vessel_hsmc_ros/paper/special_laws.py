@@ -51,10 +51,7 @@ def step(
 class ExactModelLaw(KernelLaw[HierarchicalPrintedParameters]):
     """The law as printed, (16) to (28), with f_u, f_v, f_r of (7) instead of the networks' outputs.
 
-    Args:
-        parameters: Gains of the law; its networks are not used.
-        known: The model parameters that the law knows.
-        vessel: The plant's coefficients.
+    `parameters`: gains of the law; its networks are not used.
     """
 
     kernel = staticmethod(step)
@@ -119,11 +116,7 @@ def repaired_step(
 class ExactRepairedLaw(KernelLaw[HierarchicalParameters]):
     """The repaired law with f_u, f_v, f_r of (7) instead of the networks' outputs; the arguments are those of a law.
 
-    Args:
-        parameters: Numbers of the law; its networks are not used.
-        known: The model parameters that the law knows.
-        period: Control period, s.
-        vessel: The plant's coefficients.
+    `parameters`: numbers of the law; its networks are not used.
     """
 
     kernel = staticmethod(repaired_step)
@@ -146,9 +139,7 @@ class ExactRepairedLaw(KernelLaw[HierarchicalParameters]):
 class AlteredLaw(HierarchicalController):
     """The repaired law with constants that no parameters give, such as adaptation gains of zero.
 
-    Args:
-        parameters, vessel, period: As those of the law.
-        changes: Constants by their symbols in `Gains`, in SI units.
+    `changes`: constants by their symbols in `Gains`, in SI units.
     """
 
     def __init__(

@@ -7,15 +7,9 @@ its reference. They are the same for both forms of the law.
 from vessel_hsmc_ros.paper.checks import Check
 
 # 2·pi/0.05 rad/s, rounded.
-CYCLE = 126.0
-"""Period of case 1's reference, s."""
-
-CLOSE = 1.0
-"""A ship tracks its reference if the position error, m, and the heading error, degrees, stay below this."""
-
-CONVERGED, CONVERGED_DEG = 0.1, 0.1
-"""An error below this has converged to zero, m and degrees."""
-
+CYCLE = 126.0  # period of case 1's reference, s
+CLOSE = 1.0  # a ship tracks its reference if the position error, m, and the heading error, degrees, stay below this
+CONVERGED, CONVERGED_DEG = 0.1, 0.1  # an error below this has converged to zero, m and degrees
 FORCE_LIMIT, MOMENT_LIMIT = 2e5, 3e6
 """What the actuators of such a ship could deliver, N and N·m: twice the force and three times the moment that case 2 needs."""
 

@@ -51,12 +51,7 @@ def reduced(outcomes: Mapping[str, tuple[CaseResult, CaseResult]]) -> Figure:
 def surfaces(run: Run, sway_weight: float, heading_weight: float) -> Figure:
     """Draw equation (46): the two terms of S1 cancel, and neither is zero.
 
-    Args:
-        run: A run of the paper's law.
-        sway_weight, heading_weight: Weights a [rad/m] and b of (20) in this run.
-
-    Returns:
-        The figure.
+    `sway_weight`, `heading_weight`: weights a [rad/m] and b of (20) in this run. Returns the figure.
     """
     figure, (upper, lower) = panels(2)
     control = run.control
@@ -94,11 +89,7 @@ def networks(runs: Both) -> Figure:
 
 
 def why_figures(outcomes: Mapping[str, CaseResult]) -> dict[str, Callable[[], Figure]]:
-    """What draws each of these figures, by the name of its file.
-
-    Args:
-        outcomes: The runs of all cases, by name.
-    """
+    """What draws each of these figures, by the name of its file."""
 
     def both(name: str) -> Both:
         return {law: of_law(law, outcomes)[name].run for law in FORMS}

@@ -66,32 +66,20 @@ class ActuatorParameters:
 
 
 class Actuator(NamedTuple):
-    """The constants of one actuator in discrete time.
+    """The constants of one actuator in discrete time."""
 
-    Attributes:
-        limit: Largest value, in either direction.
-        largest_change: Largest change in a period.
-        share: 1 - exp(-T/T_l), the share of a step that the lag completes in a period.
-        instant: Whether there is no lag.
-        late: Dead time in periods.
-    """
-
-    limit: float
-    largest_change: float
-    share: float
-    instant: bool
-    late: int
+    limit: float  # largest value, in either direction
+    largest_change: float  # largest change in a period
+    share: float  # 1 - exp(-T/T_l), the share of a step that the lag completes in a period
+    instant: bool  # whether there is no lag
+    late: int  # dead time in periods
 
 
 def actuator(limit: float, rate: float, lag: float, period: float, dead_time: float = 0.0) -> Actuator:
     """The constants of an actuator.
 
-    Args:
-        limit: Largest value, in either direction.
-        rate: Largest rate of change, per second.
-        lag: T_l, s.
-        period: T, s.
-        dead_time: Time before a command begins to act, s.
+    `rate`: largest rate of change, per second. `lag`: T_l, s. `period`: T, s. `dead_time`: time before a command begins to act,
+    s.
     """
     share = 1.0 if lag == 0.0 else -math.expm1(-period / lag)
     return Actuator(limit, rate * period, share, lag == 0.0, whole_periods(dead_time, period))
@@ -101,10 +89,7 @@ def actuator(limit: float, rate: float, lag: float, period: float, dead_time: fl
 def arrived(command: tuple[float, float], line: DelayLine, surge: Actuator, yaw: Actuator) -> tuple[float, float]:
     """The commands that begin to act in this period; zero before the first.
 
-    Args:
-        command: Of this period, surge force [N] and yaw moment [N·m].
-        line: The commands of the last periods; written.
-        surge, yaw: Constants of the actuators.
+    `command`: of this period, surge force [N] and yaw moment [N·m]. `line`: the commands of the last periods; written.
     """
     if surge.late == 0 and yaw.late == 0:
         return command
@@ -118,12 +103,8 @@ def arrived(command: tuple[float, float], line: DelayLine, surge: Actuator, yaw:
 def actuate(last: float, command: float, a: Actuator) -> float:
     """The value applied in the next period: tau + (1 - exp(-T/T_l))·(tau_c - tau) within the rate limit.
 
-    That is the exact response of the lag to a constant command at the end of the period.
-
-    Args:
-        last: The value of the last period.
-        command: Commanded value, finite.
-        a: Constants of the actuator.
+    That is the exact response of the lag to a constant command at the end of the period. `last`: the value of the last period.
+    `command`: commanded value, finite.
     """
     # Order: dead time (`arrived`), saturation of the command, then lag, then rate limit.
     return clip(follow(last, clip(command, a.limit), a.largest_change, a.share, a.instant), a.limit)
@@ -133,10 +114,7 @@ def actuate(last: float, command: float, a: Actuator) -> float:
 def follow(last: float, target: float, largest_change: float, share: float, instant: bool) -> float:
     """The value after a period in which it follows a constant target, without a saturation.
 
-    Args:
-        last: The value of the last period.
-        target: Where it goes.
-        largest_change, share, instant: As of an `Actuator`.
+    `last`: the value of the last period. `largest_change`, `share`, `instant`: as of an `Actuator`.
     """
     change = share * (target - last)
     if abs(change) > largest_change:

@@ -19,8 +19,7 @@ from vessel_hsmc_ros.core.kinematics import to_body
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.plant.dynamics import Wrench
 
-Gust = tuple[float, float]
-"""g_E, g_N, N."""
+Gust = tuple[float, float]  # g_E, g_N, N
 
 
 @dataclass(frozen=True)
@@ -58,9 +57,7 @@ class EarthFixedParameters:
     def constants(self, period: float, blowing: bool = False) -> "Wind":
         """The wind in discrete time.
 
-        Args:
-            period: Period of the plant, s.
-            blowing: Whether the wind has blown before, so that gusts are left.
+        `period`: period of the plant, s. `blowing`: whether the wind has blown before, so that gusts are left.
         """
         memory = math.exp(-period / self.gust_time_constant)
         innovation = self.gust_deviation * math.sqrt(1.0 - memory**2)
@@ -89,31 +86,22 @@ class Periodic(NamedTuple):
 def periodic_wrench(time: float, p: Periodic) -> Wrench:
     """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t + phase)), in the body frame.
 
-    Args:
-        time: Time since the start, s.
-        p: Mean values, frequency and phase.
+    `time`: time since the start, s.
     """
     factor = 1.0 + math.sin(p.frequency * time + p.phase)
     return p.surge_force * factor, p.sway_force * factor, p.yaw_moment * factor
 
 
 class Wind(NamedTuple):
-    """An earth-fixed force with gusts in discrete time, period T.
+    """An earth-fixed force with gusts in discrete time, period T."""
 
-    Attributes:
-        east, north: Mean force, N.
-        lever: Lever arm, m.
-        memory: exp(-T/T_g).
-        innovation: sigma·sqrt(1 - exp(-2·T/T_g)), which keeps the variance of the gusts at sigma² for any period.
-        blows: Whether there is any; once it blows, its gusts go on.
-    """
-
+    # east, north: mean force, N
     east: float
     north: float
-    lever: float
-    memory: float
-    innovation: float
-    blows: bool
+    lever: float  # lever arm, m
+    memory: float  # exp(-T/T_g)
+    innovation: float  # sigma·sqrt(1 - exp(-2·T/T_g)), which keeps the variance of the gusts at sigma² for any period
+    blows: bool  # whether there is any; once it blows, its gusts go on
 
 
 @kernel
@@ -126,10 +114,7 @@ def wind_wrench(gust: Gust, psi: float, wind: Wind) -> Wrench:
 def next_gust(gust: Gust, normal: Any, wind: Wind) -> Gust:
     """The gusts one period later: g = exp(-T/T_g)·g + sigma·sqrt(1 - exp(-2·T/T_g))·white noise, exact for any T.
 
-    Args:
-        gust: g_E, g_N.
-        normal: Independent standard normal numbers, shape (2,).
-        wind: Memory and innovation.
+    `normal`: independent standard normal numbers, shape (2,). `gust`: g_E, g_N.
     """
     return wind.memory * gust[0] + wind.innovation * normal[0], wind.memory * gust[1] + wind.innovation * normal[1]
 
@@ -138,13 +123,8 @@ def next_gust(gust: Gust, normal: Any, wind: Wind) -> Gust:
 def body_wrench(force: tuple[float, float], psi: float, lever: float = 0.0) -> Wrench:
     """Resolve an earth-fixed force in the body frame.
 
-    Args:
-        force: Components towards the east and the north, N.
-        psi: Heading of the ship, rad.
-        lever: Lever arm: distance ahead of midships at which the force acts, m.
-
-    Returns:
-        Surge force [N], sway force [N], yaw moment [N·m].
+    `force`: components towards the east and the north, N. `psi`: heading of the ship, rad. `lever`: lever arm: distance ahead
+    of midships at which the force acts, m. Returns surge force [N], sway force [N], yaw moment [N·m].
     """
     along, across = to_body(force[0], force[1], psi)
     return along, across, lever * across  # a sway force ahead of midships causes a positive (counter-clockwise) moment

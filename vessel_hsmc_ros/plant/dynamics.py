@@ -84,9 +84,7 @@ __all__ = [
     "unforced_sway",
 ]
 
-Wrench = tuple[float, float, float]
-"""Surge force [N], sway force [N], yaw moment [N·m] in the body frame."""
-
+Wrench = tuple[float, float, float]  # surge force [N], sway force [N], yaw moment [N·m] in the body frame
 STILL_WATER = (0.0, 0.0)
 
 
@@ -94,12 +92,7 @@ STILL_WATER = (0.0, 0.0)
 def unforced_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[float, float, float]:
     """f_u, f_v, f_r of (7): Coriolis, Munk moment and damping, without inputs and disturbances.
 
-    Args:
-        u, v, r: Body velocities, m/s, m/s, rad/s.
-        vessel: Coefficients of the ship.
-
-    Returns:
-        f_u [m/s²], f_v [m/s²], f_r [rad/s²].
+    `u`, `v`, `r`: body velocities, m/s, m/s, rad/s. Returns f_u [m/s²], f_v [m/s²], f_r [rad/s²].
     """
     s = vessel
     if s.coupled:
@@ -128,13 +121,8 @@ def coupled_acceleration(u: float, v: float, r: float, vessel: Vessel) -> tuple[
 def unforced_sway(u: float, v: float, r: float, dr: float, vessel: Vessel) -> float:
     """Dv of a hull on which no sway force acts while its yaw rate changes at dr: m22·dv + m23·dr = -(C·nu + D·nu)_Y.
 
-    Args:
-        u, v, r: Body velocities, m/s, m/s, rad/s.
-        dr: Yaw acceleration, rad/s², by whatever moment it takes.
-        vessel: Coefficients of the ship.
-
-    Returns:
-        dv [m/s²]; it is f_v where m23 is zero.
+    `u`, `v`, `r`: body velocities, m/s, m/s, rad/s. `dr`: yaw acceleration, rad/s², by whatever moment it takes. Returns dv
+    [m/s²]; it is f_v where m23 is zero.
     """
     _, f_v, f_r = unforced_acceleration(u, v, r, vessel)
     if vessel.coupled:
@@ -146,12 +134,7 @@ def unforced_sway(u: float, v: float, r: float, dr: float, vessel: Vessel) -> fl
 def damping_force(u: float, v: float, r: float, vessel: Vessel) -> Wrench:
     """D(nu)·nu, the wrench that the hull loses to damping; its power is u·X + v·Y + r·N.
 
-    Args:
-        u, v, r: Velocities relative to the water, m/s, m/s, rad/s.
-        vessel: Coefficients of the ship.
-
-    Returns:
-        Surge force [N], sway force [N], yaw moment [N·m].
+    `u`, `v`, `r`: velocities relative to the water, m/s, m/s, rad/s. Returns surge force [N], sway force [N], yaw moment [N·m].
     """
     s = vessel
     # Every term of Y and N is odd in (v, r) and every term of X is even, so that the hull is symmetric to port and starboard.
@@ -179,13 +162,8 @@ def acceleration(wrench: Wrench, vessel: Vessel) -> tuple[float, float, float]:
 def unforced_in_current(state: Array, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> tuple[float, float, float]:
     """The unforced acceleration of a ship in a current, including the rotation of the body frame; (7) in still water.
 
-    Args:
-        state: x, y, psi, u, v, r, shape (6,); velocities over ground.
-        vessel: Coefficients of the ship.
-        current: E, N, m/s.
-
-    Returns:
-        f_u(u_r, v_r, r) + r·v_c [m/s²], f_v(u_r, v_r, r) - r·u_c [m/s²], f_r(u_r, v_r, r) [rad/s²].
+    `state`: x, y, psi, u, v, r, shape (6,); velocities over ground. `current`: E, N, m/s. Returns f_u(u_r, v_r, r) + r·v_c
+    [m/s²], f_v(u_r, v_r, r) - r·u_c [m/s²], f_r(u_r, v_r, r) [rad/s²].
     """
     return unforced(as_motion(state), vessel, current)
 
@@ -198,15 +176,9 @@ def as_wrench(values: Any) -> Wrench:
 def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, current: tuple[float, float] = STILL_WATER) -> Array:
     """The time derivative of the state, (6).
 
-    Args:
-        state: x, y, psi, u, v, r, shape (6,); velocities over ground.
-        wrench: tau_1 [N], tau_2 [N·m], shape (2,), or X [N], Y [N], N [N·m], shape (3,).
-        disturbance: tau_uw [m/s²], tau_vw [m/s²], tau_rw [rad/s²], shape (3,).
-        vessel: Coefficients of the ship.
-        current: E, N, m/s.
-
-    Returns:
-        Derivatives in the order of the state, shape (6,).
+    `state`: x, y, psi, u, v, r, shape (6,); velocities over ground. `wrench`: tau_1 [N], tau_2 [N·m], shape (2,), or X [N], Y
+    [N], N [N·m], shape (3,). `disturbance`: tau_uw [m/s²], tau_vw [m/s²], tau_rw [rad/s²], shape (3,). `current`: E, N, m/s.
+    Returns derivatives in the order of the state, shape (6,).
     """
     disturbing = float(disturbance[0]), float(disturbance[1]), float(disturbance[2])
     return np.array(rate_of_motion(as_motion(state), as_wrench(wrench), disturbing, vessel, current))
@@ -222,15 +194,8 @@ def rate_of_motion(
 ) -> Motion:
     """`derivative` of a motion; the arguments are the same.
 
-    Args:
-        motion: State; velocities over ground.
-        wrench: X, Y, N.
-        disturbance: tau_uw, tau_vw, tau_rw.
-        vessel: Coefficients of the ship.
-        current: E, N.
-
-    Returns:
-        Derivatives in the order of the state.
+    `motion`: state; velocities over ground. `wrench`: X, Y, N. `disturbance`: tau_uw, tau_vw, tau_rw. `current`: E, N. Returns
+    derivatives in the order of the state.
     """
     u, v, r = motion.u, motion.v, motion.r
     c, s = math.cos(motion.psi), math.sin(motion.psi)
@@ -272,7 +237,6 @@ def rk4(
         state: x, y, psi, u, v, r, shape (6,).
         wrench: tau_1 [N], tau_2 [N·m], shape (2,), or X [N], Y [N], N [N·m], shape (3,); constant over the step.
         disturbance: Disturbing accelerations, constant over the step, shape (3,), m/s², m/s², rad/s².
-        vessel: Coefficients of the ship.
         step: Length of the step, s.
         current: Current towards the east and the north, m/s.
 
@@ -294,13 +258,8 @@ def rk4_step(
 ) -> Motion:
     """`rk4` of a motion; the arguments are the same.
 
-    Args:
-        motion: State.
-        wrench, disturbance, vessel, current: As in `rate_of_motion`, constant over the step.
-        step: Length of the step, s.
-
-    Returns:
-        The state at the end of the step.
+    `wrench`, `disturbance`, `vessel`, `current`: as in `rate_of_motion`, constant over the step. `step`: length of the step, s.
+    Returns the state at the end of the step.
     """
     half = 0.5 * step
     k1 = rate_of_motion(motion, wrench, disturbance, vessel, current)

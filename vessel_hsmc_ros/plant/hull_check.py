@@ -26,12 +26,8 @@ from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force
 SHARES = ((1.0, 1e3), (0.3, 30.0), (0.1, 1.0), (0.03, 0.1), (0.01, 0.01))
 """Sampled boxes: shares of a declared range, and speeds [m/s] where none is declared, the largest first."""
 
-HALF = 8
-"""Samples of an axis in a box on each side of 0."""
-
-ROUNDING = 1e-12
-"""A power is negative below this share of the sum of its terms' magnitudes."""
-
+HALF = 8  # samples of an axis in a box on each side of 0
+ROUNDING = 1e-12  # a power is negative below this share of the sum of its terms' magnitudes
 AXES = (
     ("surge", "surge_speed_range", "u", "m/s"),
     ("sway", "sway_speed_range", "v", "m/s"),
@@ -41,19 +37,14 @@ AXES = (
 
 
 class Gain(NamedTuple):
-    """The speeds at which damping adds energy fastest, and the rate -P/E at which it does, 1/s.
+    """The speeds at which damping adds energy fastest, and the rate -P/E at which it does, 1/s."""
 
-    Attributes:
-        u, v, r: Velocities, m/s, m/s, rad/s.
-        rate: -P/E, 1/s.
-        unbounded: Whether it also adds energy at the largest sampled speeds of a ship without declared ranges.
-    """
-
+    # u, v, r: velocities, m/s, m/s, rad/s
     u: float
     v: float
     r: float
-    rate: float
-    unbounded: bool
+    rate: float  # -P/E, 1/s
+    unbounded: bool  # whether it also adds energy at the largest sampled speeds of a ship without declared ranges
 
     def __str__(self) -> str:
         return f"u = {self.u:.3g} m/s, v = {self.v:.3g} m/s, r = {self.r:.3g} rad/s"
@@ -62,12 +53,8 @@ class Gain(NamedTuple):
 def check_hull(ship: ShipParameters, owner: str = "vessel_sim") -> None:
     """Check the ranges of speeds and the damping of a hull.
 
-    Args:
-        ship: The hull data.
-        owner: The node that they belong to, for the error message.
-
-    Raises:
-        ParameterError: a range does not contain 0; damping adds energy along an axis, or at ever larger speeds.
+    `owner`: the node that they belong to, for the error message. Raises ParameterError if a range does not contain 0; damping
+    adds energy along an axis, or at ever larger speeds.
     """
     for axis in AXES:
         _check_axis(ship, owner, *axis)
@@ -102,10 +89,7 @@ def hull_warning(ship: ShipParameters) -> str:
 def negative_damping(ship: ShipParameters, axis: str, largest: float) -> float | None:
     """The speed from which on the damping of an axis is negative; None for an axis that always damps.
 
-    Args:
-        ship: The hull data.
-        axis: surge, sway or yaw.
-        largest: Largest speed of interest, in m/s or rad/s; infinite for none.
+    `axis`: surge, sway or yaw. `largest`: largest speed of interest, in m/s or rad/s; infinite for none.
     """
     linear, quadratic, cubic = (float(getattr(ship, f"{axis}_damping{power}")) for power in ("", "_quadratic", "_cubic"))
     if linear >= 0.0 and quadratic >= 0.0 and cubic >= 0.0:
@@ -162,9 +146,7 @@ def bounded(ship: ShipParameters) -> bool:
 def outside(ship: ShipParameters, nu: Sequence[float]) -> str:
     """The first velocity that lies outside of its declared range, in words; empty if there is none.
 
-    Args:
-        ship: The hull data.
-        nu: u, v, r, relative to the water.
+    `nu`: u, v, r, relative to the water.
     """
     for (what, name, _, unit), value in zip(AXES, nu, strict=True):
         low, high = getattr(ship, name)

@@ -23,9 +23,6 @@ class Vessel(NamedTuple):
 
     Attributes:
         m11 .. d_n_ur: Inertia and damping; those up to d_r3 are the paper's.
-        coupled: Whether any coefficient beyond the paper's is not zero.
-        m_c: (m23 + m32)/2, the coupling inertia of the Coriolis forces.
-        i22, i23, i32, i33: The inverse of [m22 m23; m32 m33].
     """
 
     m11: float
@@ -56,8 +53,9 @@ class Vessel(NamedTuple):
     d_n_vr: float
     d_n_uv: float
     d_n_ur: float
-    coupled: bool
-    m_c: float
+    coupled: bool  # whether any coefficient beyond the paper's is not zero
+    m_c: float  # (m23 + m32)/2, the coupling inertia of the Coriolis forces
+    # i22, i23, i32, i33: the inverse of [m22 m23; m32 m33]
     i22: float
     i23: float
     i32: float
@@ -140,8 +138,7 @@ class VesselParameters(NamedVessel):
     def coefficients(self) -> Vessel:
         """The coefficients by the symbols of `dynamics`, with the misprint included where `as_printed` is set.
 
-        Raises:
-            ParameterError: the inertia matrix has no positive determinant.
+        Raises ParameterError if the inertia matrix has no positive determinant.
         """
         s = schema.symbols(self)
         if self.as_printed:
@@ -191,11 +188,7 @@ def initial_velocity() -> tuple[float, ...]:
 def divergence(what: str, time: float, cause: str, vessel: VesselParameters) -> SimulationError:
     """The error for a motion that is no longer finite, with what its ship has in common with the paper's ship.
 
-    Args:
-        what: The ship.
-        time: Simulated time, s.
-        cause: What may have caused it, with the inputs at that time.
-        vessel: The hull data.
+    `time`: simulated time, s. `cause`: what may have caused it, with the inputs at that time.
     """
     remaining = inherited(vessel)
     message = f"the motion of the {what} is no longer finite at t = {time:g} s {cause}"

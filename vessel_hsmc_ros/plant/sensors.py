@@ -79,31 +79,20 @@ class SensorParameters:
 
 
 class Sensors(NamedTuple):
-    """The constants of the sensors.
+    """The constants of the sensors."""
 
-    Attributes:
-        bias: Constant errors.
-        noise: Standard deviations of the white noise.
-        measures_velocity: Whether velocities are measured.
-        late: Delay of the odometry in periods.
-    """
-
-    bias: Motion
-    noise: Motion
-    measures_velocity: bool
-    late: int
+    bias: Motion  # constant errors
+    noise: Motion  # standard deviations of the white noise
+    measures_velocity: bool  # whether velocities are measured
+    late: int  # delay of the odometry in periods
 
 
 @kernel
 def measurement(motion: Motion, held: Motion, sampled: tuple[bool, bool, bool], normal: Any, sensors: Sensors) -> Motion:
     """The measurement of a motion: new samples, and held ones of the sensors that do not sample now.
 
-    Args:
-        motion: Motion of the hull.
-        held: The last measurement; zero before the first.
-        sampled: Whether position, heading and velocities are sampled now.
-        normal: Independent standard normal numbers, shape (6,).
-        sensors: Bias and noise.
+    `held`: the last measurement; zero before the first. `sampled`: whether position, heading and velocities are sampled now.
+    `normal`: independent standard normal numbers, shape (6,).
     """
     b, n = sensors.bias, sensors.noise
     x, y, psi, u, v, r = held
@@ -120,8 +109,7 @@ def measurement(motion: Motion, held: Motion, sampled: tuple[bool, bool, bool], 
 class Sampling:
     """The instants at which each sensor samples.
 
-    Args:
-        rates_hz: Sampling rates, 0 for every message.
+    `rates_hz`: sampling rates, 0 for every message.
     """
 
     def __init__(self, rates_hz: tuple[float, float, float]) -> None:
@@ -131,8 +119,7 @@ class Sampling:
     def due(self, stamp: int) -> tuple[bool, bool, bool]:
         """Whether each sensor samples at a time: at the first message at or after each of its own instants.
 
-        Args:
-            stamp: Time since the start, ns; after that of the last call.
+        `stamp`: time since the start, ns; after that of the last call.
         """
         last, self._last = self._last, [grid.index(stamp) if grid else stamp for grid in self._grids]
         return self._last[0] != last[0], self._last[1] != last[1], self._last[2] != last[2]
@@ -141,12 +128,8 @@ class Sampling:
 def sampling(rates_hz: tuple[float, float, float], stamps: Instants) -> NDArray[np.bool_]:
     """`Sampling.due` of all messages of a run.
 
-    Args:
-        rates_hz: Sampling rates, 0 for every message.
-        stamps: Times of the messages since the start, increasing, ns, (n,).
-
-    Returns:
-        Whether position, heading and velocities are sampled, (n, 3).
+    `rates_hz`: sampling rates, 0 for every message. `stamps`: times of the messages since the start, increasing, ns, (n,).
+    Returns whether position, heading and velocities are sampled, (n, 3).
     """
     due = np.ones((len(stamps), len(rates_hz)), np.bool_)
     for i, rate in enumerate(rates_hz):

@@ -62,9 +62,7 @@ NO_WRENCH = (0.0, 0.0, 0.0)
 class Simulator:
     """The plant in discrete time, with inputs and disturbances constant over a period.
 
-    Args:
-        parameters: Parameters of the plant.
-        period: Time between two odometry messages, s.
+    `period`: time between two odometry messages, s.
 
     Raises:
         ParameterError: damping adds energy to the ship.
@@ -120,11 +118,8 @@ class Simulator:
         """Take changed periodic and earth-fixed disturbances and a changed current while the ship moves.
 
         No phase jumps: w·t + phase of the periodic disturbance and the phases of the waves, which ride on the current, are
-        continuous at the time of the change; the gusts go on from their present values.
-
-        Args:
-            changed: All disturbances; the waves are those of the start.
-            time: Time since the start, s.
+        continuous at the time of the change; the gusts go on from their present values. `changed`: all disturbances; the waves
+        are those of the start. `time`: time since the start, s.
         """
         old, constants = self._parameters.disturbance, self._constants
         self._parameters = replace(self._parameters, disturbance=changed)
@@ -145,9 +140,7 @@ class Simulator:
         """What odometry shows in this step; call it once per step, because it draws noise.
 
         It is the measurement of `periods_late` periods ago, and includes the wave-frequency motion, which the state does not.
-
-        Args:
-            stamp: Time since the start, ns.
+        `stamp`: time since the start, ns.
         """
         if self.odometry_is_true:
             return self._state.motion
@@ -165,8 +158,7 @@ class Simulator:
     def disturbance(self, time: float) -> Wrench:
         """The sum of all disturbing wrenches, N, N, N·m.
 
-        Args:
-            time: Time since the start, s.
+        `time`: time since the start, s.
         """
         return disturbance(time, self._constants, self._state)
 
@@ -184,11 +176,7 @@ class Simulator:
     def applied(self, command: tuple[float, float]) -> Wrench:
         """The wrench after the actuators, N, N, N·m; call it once per step, because it advances the actuators.
 
-        Args:
-            command: Commanded surge force [N] and yaw moment [N·m].
-
-        Raises:
-            SimulationError: the command is not finite.
+        `command`: commanded surge force [N] and yaw moment [N·m]. Raises SimulationError if the command is not finite.
         """
         check_command(command)
         self._state = apply(self._state, command, self._constants)
@@ -197,12 +185,8 @@ class Simulator:
     def advance(self, wrench: Wrench, disturbance: Wrench) -> None:
         """Advance the plant by one period.
 
-        Args:
-            wrench: Applied wrench, N, N, N·m.
-            disturbance: Disturbing wrench, N, N, N·m.
-
-        Raises:
-            SimulationError: the motion is no longer finite.
+        `wrench`: applied wrench, N, N, N·m. `disturbance`: disturbing wrench, N, N, N·m. Raises SimulationError if the motion
+        is no longer finite.
         """
         c = self._constants
         noise = self._gusts.standard_normal(2).tolist() if c.wind.blows else CALM
@@ -219,12 +203,8 @@ class Simulator:
 def plant_constants(p: PlantParameters, period: float, sea: Sea, phase: float = 0.0, blowing: bool = False) -> PlantConstants:
     """The constants of the plant in discrete time.
 
-    Args:
-        p: Parameters of the plant.
-        period: Time between two odometry messages, s.
-        sea: The realisation of the waves.
-        phase: Phase of the periodic disturbance.
-        blowing: Whether the wind has blown before.
+    `period`: time between two odometry messages, s. `phase`: phase of the periodic disturbance. `blowing`: whether the wind has
+    blown before.
     """
     environment, limits = p.disturbance, within(p.actuators, p.vessel)
     return PlantConstants(
@@ -244,10 +224,7 @@ def plant_constants(p: PlantParameters, period: float, sea: Sea, phase: float = 
 def divergence_of_ship(time: float, wrench: Wrench, vessel: ShipParameters) -> SimulationError:
     """The error for a motion of the ship that is no longer finite.
 
-    Args:
-        time: Start of the period that ended so, s.
-        wrench: Applied wrench, N, N, N·m.
-        vessel: The hull data.
+    `time`: start of the period that ended so, s. `wrench`: applied wrench, N, N, N·m.
     """
     cause = f"under {wrench[0]:g} N and {wrench[2]:g} N·m: the closed loop is unstable or the step too long"
     return divergence("ship", time, cause, vessel)
@@ -265,11 +242,8 @@ def within(actuators: ActuatorParameters, vessel: ShipParameters) -> ActuatorPar
 def check_command(command: tuple[float, float]) -> None:
     """Reject a command that is not finite: one NaN would remain in the state for ever.
 
-    Args:
-        command: Commanded surge force [N] and yaw moment [N·m].
-
-    Raises:
-        SimulationError: the surge force or the yaw moment is not finite.
+    `command`: commanded surge force [N] and yaw moment [N·m]. Raises SimulationError if the surge force or the yaw moment is
+    not finite.
     """
     if not (math.isfinite(command[0]) and math.isfinite(command[1])):
         raise SimulationError(f"commanded wrench ({command[0]} N, {command[1]} N·m) is not allowed: both must be finite numbers")

@@ -14,49 +14,33 @@ from vessel_hsmc_ros.plant.waves import Sea, drift_force, with_waves
 
 
 class PlantConstants(NamedTuple):
-    """What stays constant as long as no parameter changes.
+    """What stays constant as long as no parameter changes."""
 
-    Attributes:
-        vessel: Coefficients of the ship.
-        current: East and north, m/s.
-        periodic, wind, sea: The disturbances.
-        surge, yaw: The actuators.
-        sensors: Bias and noise.
-        odometry_is_true: Whether measurements equal the state: perfect sensors and no waves.
-        step, substeps: Length of an integration step, s, and number of them in a period.
-    """
-
-    vessel: Vessel
-    current: tuple[float, float]
+    vessel: Vessel  # coefficients of the ship
+    current: tuple[float, float]  # east and north, m/s
+    # periodic, wind, sea: the disturbances
     periodic: Periodic
     wind: Wind
     sea: Sea
+    # surge, yaw: the actuators
     surge: Actuator
     yaw: Actuator
-    sensors: Sensors
-    odometry_is_true: bool
+    sensors: Sensors  # bias and noise
+    odometry_is_true: bool  # whether measurements equal the state: perfect sensors and no waves
+    # step, substeps: length of an integration step, s, and number of them in a period
     step: float
     substeps: int
 
 
 class PlantState(NamedTuple):
-    """What a period leaves to the next.
+    """What a period leaves to the next."""
 
-    Attributes:
-        motion: True motion, without the wave-frequency motion.
-        measured: The latest sample of each sensor.
-        tau: The applied wrench: surge force [N], sway force [N], yaw moment [N·m].
-        gust: g_E, g_N, N.
-        commands: Commands of the last periods, for the dead time of the actuators; written in place.
-        sent: Measurements of the last periods, for the delay of the odometry; written in place.
-    """
-
-    motion: Motion
-    measured: Motion
-    tau: Wrench
-    gust: Gust
-    commands: DelayLine
-    sent: DelayLine
+    motion: Motion  # true motion, without the wave-frequency motion
+    measured: Motion  # the latest sample of each sensor
+    tau: Wrench  # the applied wrench: surge force [N], sway force [N], yaw moment [N·m]
+    gust: Gust  # g_E, g_N, N
+    commands: DelayLine  # commands of the last periods, for the dead time of the actuators; written in place
+    sent: DelayLine  # measurements of the last periods, for the delay of the odometry; written in place
 
 
 @kernel
@@ -82,12 +66,8 @@ def measure(
 ) -> PlantState:
     """The state with the measurement of this period, which includes the wave-frequency motion.
 
-    Args:
-        state: State at this time.
-        sampled_position, sampled_heading, sampled_velocity: Whether each of the sensors samples now.
-        normal: Independent standard normal numbers, shape (6,); not used where the odometry is true.
-        time: Time since the start, s.
-        constants: Constants of the plant.
+    `sampled_position`, `sampled_heading`, `sampled_velocity`: whether each of the sensors samples now. `normal`: independent
+    standard normal numbers, shape (6,); not used where the odometry is true. `time`: time since the start, s.
     """
     motion = state.motion
     if constants.odometry_is_true:
@@ -119,10 +99,7 @@ def shown(state: PlantState, constants: PlantConstants) -> Motion:
 def apply(state: PlantState, command: tuple[float, float], constants: PlantConstants) -> PlantState:
     """The state with the wrench tau that the actuators apply in this period.
 
-    Args:
-        state: State with the wrench of the last period.
-        command: Commanded surge force [N] and yaw moment [N·m], finite.
-        constants: Constants of the plant.
+    `state`: state with the wrench of the last period. `command`: commanded surge force [N] and yaw moment [N·m], finite.
     """
     force, moment = arrived(command, state.commands, constants.surge, constants.yaw)
     # No actuator acts on the sway: the ship is underactuated.
@@ -134,12 +111,9 @@ def apply(state: PlantState, command: tuple[float, float], constants: PlantConst
 def advance(state: PlantState, tau: Wrench, disturbing: Wrench, gust_noise: Any, constants: PlantConstants) -> PlantState:
     """The state one period later; where the motion diverges, it is not finite (`is_finite`).
 
-    Args:
-        state: State at the start of the period.
-        tau: Applied wrench, N, N, N·m; with the disturbance constant over the period, also over its substeps.
-        disturbing: Disturbing accelerations, m/s², m/s², rad/s².
-        gust_noise: Independent standard normal numbers, shape (2,); not used where no wind blows.
-        constants: Constants of the plant.
+    `state`: state at the start of the period. `tau`: applied wrench, N, N, N·m; with the disturbance constant over the period,
+    also over its substeps. `disturbing`: disturbing accelerations, m/s², m/s², rad/s². `gust_noise`: independent standard
+    normal numbers, shape (2,); not used where no wind blows.
     """
     motion, gust = state.motion, state.gust
     for _ in range(constants.substeps):

@@ -27,27 +27,21 @@ from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
 
 
 class Thrusters(NamedTuple):
-    """The constants of all thrusters in discrete time, an element for each.
+    """The constants of all thrusters in discrete time, an element for each."""
 
-    Attributes:
-        kind: Index in KINDS.
-        x, y: Position, m.
-        ahead, astern: Largest thrusts, N.
-        thrust_change: Largest change of the thrust in a period, N.
-        share: 1 - exp(-T/T_l), the share of a step that the lag completes in a period; 1 without lag.
-        angle_limit, angle_change: Largest angle, and its largest change in a period.
-        lift, lift_quadratic, slipstream: l, l_2 and s of a rudder.
-    """
-
-    kind: Any
+    kind: Any  # index in KINDS
+    # x, y: position, m
     x: Any
     y: Any
+    # ahead, astern: largest thrusts, N
     ahead: Any
     astern: Any
-    thrust_change: Any
-    share: Any
+    thrust_change: Any  # largest change of the thrust in a period, N
+    share: Any  # 1 - exp(-T/T_l), the share of a step that the lag completes in a period; 1 without lag
+    # angle_limit, angle_change: largest angle, and its largest change in a period
     angle_limit: Any
     angle_change: Any
+    # lift, lift_quadratic, slipstream: l, l_2 and s of a rudder
     lift: Any
     lift_quadratic: Any
     slipstream: Any
@@ -63,10 +57,7 @@ class ThrusterState(NamedTuple):
 def thrusters_of(layout: ThrusterLayout, period: float, sequence: Callable[[list[float]], Any] = tuple) -> Thrusters:
     """The constants of the thrusters.
 
-    Args:
-        layout: Their layout.
-        period: T, s.
-        sequence: What to keep their values in: tuples, or arrays for compiled kernels.
+    `period`: T, s. `sequence`: what to keep their values in: tuples, or arrays for compiled kernels.
     """
     each = layout.thrusters()
     rows: list[list[float]] = [
@@ -96,10 +87,7 @@ def idle(layout: ThrusterLayout) -> ThrusterState:
 def respond(state: ThrusterState, thrust: Any, angle: Any, c: Thrusters) -> None:
     """Advance thrusts and angles by a period in which the demands are constant.
 
-    Args:
-        state: To be written; the angles of fixed thrusters stay.
-        thrust, angle: Demands, (k,), N and rad, finite.
-        c: Constants of the thrusters.
+    `state`: to be written; the angles of fixed thrusters stay. `thrust`, `angle`: demands, (k,), N and rad, finite.
     """
     for i in range(len(c.x)):
         target = between(thrust[i], -c.astern[i], c.ahead[i])
@@ -117,10 +105,7 @@ def respond(state: ThrusterState, thrust: Any, angle: Any, c: Thrusters) -> None
 def hull_wrench(state: ThrusterState, u: float, c: Thrusters) -> tuple[float, float, float]:
     """The wrench of all thrusters on the hull: surge force [N], sway force [N], yaw moment [N·m].
 
-    Args:
-        state: Thrusts and angles.
-        u: Surge speed through the water, m/s.
-        c: Constants of the thrusters.
+    `u`: surge speed through the water, m/s.
     """
     x = y = n = 0.0
     for i in range(len(c.x)):
@@ -137,9 +122,7 @@ def hull_wrench(state: ThrusterState, u: float, c: Thrusters) -> tuple[float, fl
 class ThrusterPlant(Simulator):
     """A plant with thrusters.
 
-    Args:
-        parameters: Parameters of the plant, with a layout of thrusters.
-        period: Time between two odometry messages, s.
+    `parameters`: parameters of the plant, with a layout of thrusters. `period`: time between two odometry messages, s.
     """
 
     def __init__(self, parameters: PlantParameters, period: float) -> None:
@@ -155,11 +138,8 @@ class ThrusterPlant(Simulator):
     def applied_thrusts(self, thrust: Sequence[float], angle: Sequence[float]) -> Wrench:
         """The wrench that the thrusters give, N, N, N·m; call it once per step, because it advances the thrusters.
 
-        Args:
-            thrust, angle: Demands in the order of the layout, N and rad; the angle of a fixed thruster is ignored.
-
-        Raises:
-            SimulationError: a demand is not finite.
+        `thrust`, `angle`: demands in the order of the layout, N and rad; the angle of a fixed thruster is ignored. Raises
+        SimulationError if a demand is not finite.
         """
         for thruster, *demands in zip(self._layout.thrusters(), thrust, angle, strict=True):
             check_demand(thruster.name, *demands)
@@ -170,9 +150,7 @@ class ThrusterPlant(Simulator):
 def make_plant(parameters: PlantParameters, period: float) -> Any:
     """The plant that parameters describe: driven by thrusters or by a wrench.
 
-    Args:
-        parameters: Parameters of the plant.
-        period: Time between two odometry messages, s.
+    `period`: time between two odometry messages, s.
     """
     return (ThrusterPlant if parameters.by_thrusters else Simulator)(parameters, period)
 
@@ -183,11 +161,7 @@ def apply_thrusts(
 ) -> PlantState:
     """The state with the wrench tau that the thrusters give in this period.
 
-    Args:
-        state: State of the plant.
-        thrust, angle: Demands, N and rad, finite.
-        c: Constants of the plant.
-        now, t: State of the thrusters, which is written, and their constants.
+    `thrust`, `angle`: demands, N and rad, finite. `now`, `t`: state of the thrusters, which is written, and their constants.
     """
     respond(now, thrust, angle, t)
     psi = state.motion.psi
@@ -198,12 +172,7 @@ def apply_thrusts(
 def check_demand(name: str, thrust: float, angle: float) -> None:
     """Reject a demand that is not finite: one NaN would remain in the state for ever.
 
-    Args:
-        name: Of the thruster.
-        thrust, angle: Its demand, N and rad.
-
-    Raises:
-        SimulationError: thrust or angle is not finite.
+    `name`: of the thruster. `thrust`, `angle`: its demand, N and rad. Raises SimulationError if thrust or angle is not finite.
     """
     if not (math.isfinite(thrust) and math.isfinite(angle)):
         raise SimulationError(f"thruster {name} cannot take {thrust} N and {angle} rad: both must be finite numbers")

@@ -67,32 +67,25 @@ class WaveParameters:
 
 
 class Sea(NamedTuple):
-    """One realisation of the sea and its effect on the hull.
+    """One realisation of the sea and its effect on the hull."""
 
-    Attributes:
-        direction, east, north: Wave direction, and its unit vector d.
-        components: A row for each component: k, omega, epsilon, a (averaged over the draught), and the amplitude whose squared
-            envelope is the drift force on a metre of the hull; (n, 5).
-        length, beam: L, B.
-        rough: Whether there are waves.
-    """
-
+    # direction, east, north: wave direction, and its unit vector d
     direction: float
     east: float
     north: float
+    # a row for each component: k, omega, epsilon, a (averaged over the draught), and the amplitude whose squared envelope is
+    # the drift force on a metre of the hull; (n, 5)
     components: Components
+    # length, beam: L, B
     length: float
     beam: float
-    rough: bool
+    rough: bool  # whether there are waves
 
     def with_current(self, change: tuple[float, float], time: float) -> "Sea":
         """The sea with its phases continuous where the current that the waves ride on changes.
 
-        The phase theta holds -k·d·c·time, so it would jump by -k·d·change·time.
-
-        Args:
-            change: Change of the current towards east and north, m/s.
-            time: Time of the change since the start, s.
+        The phase theta holds -k·d·c·time, so it would jump by -k·d·change·time. `change`: change of the current towards east
+        and north, m/s. `time`: time of the change since the start, s.
         """
         along = self.east * change[0] + self.north * change[1]
         return self._replace(
@@ -109,11 +102,6 @@ def make_sea(parameters: WaveParameters, random: np.random.Generator, ship: Ship
 
     The spectrum is divided into slices of equal energy with one random frequency in each, so that the sea does not repeat itself
     as one of equally spaced frequencies would.
-
-    Args:
-        parameters: The sea state.
-        random: Random-number generator of frequencies and phases.
-        ship: The ship, for its dimensions.
     """
     p, rough = parameters, parameters.significant_height > 0.0
     n = p.components if rough else 0
@@ -142,11 +130,7 @@ def advanced(time: float, motion: Motion, current: tuple[float, float], sea: Sea
 def drift_force(time: float, motion: Motion, current: tuple[float, float], sea: Sea) -> Wrench:
     """The slowly varying second-order drift force in the body frame; its moment is neglected.
 
-    Args:
-        time: Time since the start, s.
-        motion: Motion of the ship.
-        current: East and north, m/s; the waves are carried by it.
-        sea: Waves and hull.
+    `time`: time since the start, s. `current`: east and north, m/s; the waves are carried by it.
     """
     distance = advanced(time, motion, current, sea)
     a = b = 0.0
@@ -164,11 +148,8 @@ def drift_force(time: float, motion: Motion, current: tuple[float, float], sea: 
 def with_waves(time: float, motion: Motion, current: tuple[float, float], sea: Sea) -> Motion:
     """A motion with the first-order wave motion added.
 
-    Args:
-        time: Time since the start, s.
-        motion: Motion without waves.
-        current: East and north, m/s; the waves are carried by it.
-        sea: Waves and hull.
+    `time`: time since the start, s. `motion`: motion without waves. `current`: east and north, m/s; the waves are carried by
+    it.
     """
     psi = motion.psi
     along, across = math.cos(sea.direction - psi), math.sin(sea.direction - psi)
@@ -187,14 +168,8 @@ def with_waves(time: float, motion: Motion, current: tuple[float, float], sea: S
 def hull_motion(time: float, distance: float, speed: float, along: float, sea: Sea) -> tuple[float, float, float, float]:
     """Sums over the components of the first-order motion.
 
-    Args:
-        time: Time since the start, s.
-        distance, speed: d·p and its rate, m, m/s.
-        along: cos beta.
-        sea: Waves and hull.
-
-    Returns:
-        Displacement along d and its rate, rotation and its rate over cos beta·sin beta, m, m/s, rad, rad/s.
+    `time`: time since the start, s. `distance`, `speed`: d·p and its rate, m, m/s. `along`: cos beta. Returns displacement
+    along d and its rate, rotation and its rate over cos beta·sin beta, m, m/s, rad, rad/s.
     """
     surge = surge_rate = turn = turn_rate = 0.0
     half = 0.5 * sea.length * along
@@ -220,14 +195,8 @@ def hull_motion(time: float, distance: float, speed: float, along: float, sea: S
 def spectrum(omega: Array, significant_height: float, peak: float, gamma: float) -> Array:
     """The JONSWAP spectrum S(omega) with the normalisation 1 - 0.287·ln gamma.
 
-    Args:
-        omega: Frequencies, rad/s, above 0.
-        significant_height: H_s, m.
-        peak: omega_p, rad/s.
-        gamma: Peak enhancement factor; 1 gives the Pierson-Moskowitz spectrum.
-
-    Returns:
-        Spectral density, m²·s, of the shape of omega.
+    `omega`: frequencies, rad/s, above 0. `significant_height`: H_s, m. `peak`: omega_p, rad/s. `gamma`: peak enhancement
+    factor; 1 gives the Pierson-Moskowitz spectrum. Returns spectral density, m²·s, of the shape of omega.
     """
     # Standard peak widths of JONSWAP below and above the peak.
     width = np.where(omega <= peak, 0.07, 0.09)
@@ -239,13 +208,7 @@ def spectrum(omega: Array, significant_height: float, peak: float, gamma: float)
 def frequencies(shares: Array, peak: float, gamma: float) -> Array:
     """Quantiles of the spectrum: the frequencies below which given shares of the energy lie, rad/s.
 
-    Args:
-        shares: Shares of the energy, in [0, 1].
-        peak: omega_p, rad/s.
-        gamma: Peak enhancement factor.
-
-    Returns:
-        Frequencies, rad/s, of the shape of shares.
+    `shares`: shares of the energy, in [0, 1]. `peak`: omega_p, rad/s. Returns frequencies, rad/s, of the shape of shares.
     """
     # Practically all of the energy lies between 0.3 and 6 times the peak frequency.
     omega = peak * np.linspace(0.3, 6.0, 4000)

@@ -27,34 +27,21 @@ from vessel_hsmc_ros.reference.route import Element, Route
 from vessel_hsmc_ros.reference.thinning import Points, apart
 from vessel_hsmc_ros.reference.turning import Turning
 
-MOST_LEGS = 24
-"""Legs between two that a corner joins, at most."""
-
-SAMPLES = 25
-"""Points of a corner at which its distance is computed."""
-
-SHORTEST = 0.05
-"""Least length of the transitions of a wide turn, in terms of its radius."""
-
-SLOWEST = 0.1
-"""Least speed of a wide turn, in terms of that of its legs."""
-
-STEEP = 1e-3
-"""Sine of the angle between two lines below which they have no intersection."""
+MOST_LEGS = 24  # legs between two that a corner joins, at most
+SAMPLES = 25  # points of a corner at which its distance is computed
+SHORTEST = 0.05  # least length of the transitions of a wide turn, in terms of its radius
+SLOWEST = 0.1  # least speed of a wide turn, in terms of that of its legs
+STEEP = 1e-3  # sine of the angle between two lines below which they have no intersection
 
 
 class _Leg(NamedTuple):
-    """A leg.
+    """A leg."""
 
-    Attributes:
-        points: Those on it, from its beginning to its end, m.
-        place, course: A point of the line through them, m, and its direction, rad.
-        speed, number: Of the waypoint at its end.
-    """
-
-    points: Points
+    points: Points  # those on it, from its beginning to its end, m
+    # place, course: a point of the line through them, m, and its direction, rad
     place: complex
     course: float
+    # speed, number: of the waypoint at its end
     speed: float
     number: int
 
@@ -73,14 +60,8 @@ class _Joint(NamedTuple):
 def wide_corners(start: complex, part: Part, ship: Ship, tolerance: float) -> Part:
     """The waypoints with wide corners instead of those whose legs are too short.
 
-    Args:
-        start: Where the first leg begins, m.
-        part: The waypoints.
-        ship: The ship.
-        tolerance: How far a wide corner may be from the points, m.
-
-    Raises:
-        ParameterError: the ship has no turn.
+    `start`: where the first leg begins, m. `tolerance`: how far a wide corner may be from the points, m. Raises ParameterError
+    if the ship has no turn.
     """
     legs = _legs(start, part.points)
     n = len(legs)

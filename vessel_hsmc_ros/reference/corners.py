@@ -19,14 +19,10 @@ from vessel_hsmc_ros.reference.route import Piece, Pieces, displacement, turn
 
 SHARPEST = math.radians(120.0)
 
-LEAST_ANGLE = 1e-9
-"""A corner with less is none, rad."""
-
+LEAST_ANGLE = 1e-9  # a corner with less is none, rad
 LARGEST_EPS = 0.8 * math.pi
 
-BISECTIONS, SCANNED = 50, 96
-"""Bisections of an angle, and angles that are tried in a full turn to one side."""
-
+BISECTIONS, SCANNED = 50, 96  # bisections of an angle, and angles that are tried in a full turn to one side
 THROUGH, OVER, STOP = "through", "over", "stop"
 
 
@@ -41,11 +37,8 @@ class Corner(NamedTuple):
 def corner_of(kind: str, angle: float, radius: float, transition: float) -> Corner:
     """The corner at a waypoint.
 
-    Args:
-        kind: THROUGH or OVER.
-        angle: Change of the course, rad, in (-pi, pi].
-        radius: Smallest radius, m.
-        transition: Length of its transitions, m.
+    `kind`: THROUGH or OVER. `angle`: change of the course, rad, in (-pi, pi]. `radius`: smallest radius, m. `transition`:
+    length of its transitions, m.
     """
     if abs(angle) < LEAST_ANGLE:
         return Corner((), 0.0, 0.0)

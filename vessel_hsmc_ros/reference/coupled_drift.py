@@ -31,18 +31,13 @@ Array = NDArray[np.float64]
 TOLERANCE, ITERATIONS = 1e-12, 60
 """The iteration ends when the preconditioned residual is smaller, rad; and it fails after this many steps."""
 
-DIFFERENCE = 1e-6
-"""Step of the central differences, rad and rad/s."""
+DIFFERENCE = 1e-6  # step of the central differences, rad and rad/s
 
 
 def damping_ratio(beta: Any, speed: Any, r: Any, vessel: Vessel) -> Any:
     """Y(u, v, r)/u at a drift angle and a yaw rate, numbers or arrays, kg/s·(m/s).
 
-    Args:
-        beta: Drift angle, rad.
-        speed: U, m/s.
-        r: Yaw rate, rad/s.
-        vessel: Coefficients of the ship.
+    `beta`: drift angle, rad. `speed`: U, m/s. `r`: yaw rate, rad/s.
     """
     u = speed * np.cos(beta)
     return damping_force(u, speed * np.sin(beta), r, vessel)[1] / u
@@ -51,19 +46,9 @@ def damping_ratio(beta: Any, speed: Any, r: Any, vessel: Vessel) -> Any:
 def periodic_drift(curve: Curve, s: Array, start: Array, speed: float, vessel: Vessel) -> Array:
     """The periodic solution of F(beta) = 0 at samples of a period, rad.
 
-    Args:
-        curve: The curve.
-        s: Arc lengths of the samples, shape (n,), m.
-        start: A first estimate, such as the drift angle of steady turns, shape (n,), rad.
-        speed: U > 0, m/s.
-        vessel: Coefficients of the ship.
-
-    Returns:
-        The drift angle, shape (n,).
-
-    Raises:
-        ParameterError: there is none, or the iteration does not find it.
-        InstallationError: SciPy is missing.
+    `s`: arc lengths of the samples, shape (n,), m. `start`: a first estimate, such as the drift angle of steady turns, shape
+    (n,), rad. `speed`: U > 0, m/s. Returns the drift angle, shape (n,). Raises ParameterError if there is none, or the
+    iteration does not find it; InstallationError if SciPy is missing.
     """
     require("scipy")
     from scipy.optimize import NoConvergence, newton_krylov  # SciPy's import takes time, and few runs need it

@@ -80,10 +80,8 @@ def follow(m: CourseMemory, c: CourseConstants, rows: Array) -> None:
 class CourseReference(KernelReference):
     """A heading over time in discrete time.
 
-    Args:
-        parameters: The heading as a function of time, and the speed.
-        start: Initial position x, y, m.
-        period: Time between two published states, s.
+    `parameters`: the heading as a function of time, and the speed. `start`: initial position x, y, m. `period`: time between
+    two published states, s.
 
     Raises:
         ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.

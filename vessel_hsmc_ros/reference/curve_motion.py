@@ -27,8 +27,7 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 from vessel_hsmc_ros.reference.curves import Curve
 from vessel_hsmc_ros.reference.drift import Drift, PeriodicDrift, samples, steady_drift, steady_load
 
-START_SAMPLES = 100
-"""Number of instants of the start at which the demand is evaluated."""
+START_SAMPLES = 100  # number of instants of the start at which the demand is evaluated
 
 
 class Velocities(NamedTuple):
@@ -84,15 +83,8 @@ def body_velocities(
 ) -> Velocities:
     """The body velocities along a curve, and their derivatives; numbers or arrays.
 
-    Args:
-        bend: Curvature [1/m] and its slope [1/m²].
-        direction: Cosine and sine of the drift angle f·beta_s.
-        speed: U, m/s.
-        drift: beta_s at the arc lengths.
-        progress: Where on the curve and with what share of the speed.
-
-    Returns:
-        Velocities and accelerations.
+    `bend`: curvature [1/m] and its slope [1/m²]. `direction`: cosine and sine of the drift angle f·beta_s. `speed`: U, m/s.
+    `progress`: where on the curve and with what share of the speed. Returns velocities and accelerations.
     """
     (kappa, kappa_slope), (c, sine) = bend, direction
     f, df, ddf = progress.f, progress.df, progress.ddf
@@ -112,14 +104,7 @@ def body_velocities(
 def velocities(curve: Curve, speed: float, drift: Drift, progress: Progress) -> Velocities:
     """`body_velocities` at arrays of arc lengths.
 
-    Args:
-        curve: The curve.
-        speed: U, m/s.
-        drift: beta_s at the arc lengths.
-        progress: Where on the curve and with what share of the speed.
-
-    Returns:
-        Velocities and accelerations.
+    `speed`: U, m/s. `progress`: where on the curve and with what share of the speed. Returns velocities and accelerations.
     """
     s, beta = progress.s, progress.f * drift.beta
     bend = curve.curvature(s), curve.curvature_slope(s)
@@ -134,14 +119,8 @@ def at_speed(s: Any) -> Progress:
 def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> Demand:
     """The largest drift angle, surge force and yaw moment that a curve demands of a hull in calm water.
 
-    Args:
-        curve: The curve.
-        pace: Speed and start.
-        vessel: Coefficients of (6).
-        largest_drift: Drift angle above which force and moment are not computed, rad.
-
-    Returns:
-        The demand; force and moment are infinite if the drift angle is too large.
+    `vessel`: coefficients of (6). `largest_drift`: drift angle above which force and moment are not computed, rad. Returns the
+    demand; force and moment are infinite if the drift angle is too large.
     """
     speed = pace.speed
     drift = float(np.max(np.abs(steady_drift(steady_load(curve, speed, vessel), speed, vessel))))

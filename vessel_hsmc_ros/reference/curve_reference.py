@@ -66,12 +66,8 @@ def follow(m: TravelMemory, c: TravelConstants, rows: Array) -> None:
 class CurveReference(KernelReference):
     """A motion along a curve at constant speed, after a start from rest, in discrete time.
 
-    Args:
-        shape: The curve and the side to which it turns first.
-        pace: Speed along the curve and duration of the start.
-        vessel: Coefficients of the hull.
-        start: Initial position x, y [m] and course.
-        period: Length of a step, s.
+    `shape`: the curve and the side to which it turns first. `pace`: speed along the curve and duration of the start. `start`:
+    initial position x, y [m] and course. `period`: length of a step, s.
     """
 
     move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)

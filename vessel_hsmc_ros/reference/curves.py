@@ -39,32 +39,22 @@ order that is not zero but for rounding."""
 
 
 class CurveConstants(NamedTuple):
-    """A curve as data: straight parts and bends, whose curvature is mean + cosine·cos(theta) + sine·sin(theta), theta = w·q.
+    """A curve as data: straight parts and bends, whose curvature is mean + cosine·cos(theta) + sine·sin(theta), theta = w·q."""
 
-    Attributes:
-        period: Arc length after which the curvature repeats, m.
-        straight: Length of the straight part before and after a bend, m.
-        bend: Length of a bend, m.
-        w: Wavenumber of the curvature in a bend, 1/m.
-        mean, cosine, sine: The curvature, 1/m.
-        quarters: Quarter turns of the course in a period, with half a diagonal of the square that they form, m.
-        lowest: Wavenumber of the first term of the position, as a multiple of w.
-        a: Amplitudes of the position in a bend, sum(a[n]·exp(i·(lowest + m - 1 - n)·theta)), shape (m,), m; empty for an arc.
-        start: That sum at the beginning of the bend, m.
-    """
-
-    period: float
-    straight: float
-    bend: float
-    w: float
+    period: float  # arc length after which the curvature repeats, m
+    straight: float  # length of the straight part before and after a bend, m
+    bend: float  # length of a bend, m
+    w: float  # wavenumber of the curvature in a bend, 1/m
+    # mean, cosine, sine: the curvature, 1/m
     mean: float
     cosine: float
     sine: float
-    quarters: int
+    quarters: int  # quarter turns of the course in a period, with half a diagonal of the square that they form, m
     half_side: float
-    lowest: float
+    lowest: float  # wavenumber of the first term of the position, as a multiple of w
+    # amplitudes of the position in a bend, sum(a[n]·exp(i·(lowest + m - 1 - n)·theta)), shape (m,), m; empty for an arc
     a: ComplexArray
-    start: complex
+    start: complex  # that sum at the beginning of the bend, m
 
 
 @kernel
@@ -132,17 +122,11 @@ def curvature(cosine: Any, sine: Any, c: CurveConstants) -> tuple[Any, Any]:
 
 
 class Curve:
-    """A plane curve whose curvature is a periodic function of the arc length.
+    """A plane curve whose curvature is a periodic function of the arc length."""
 
-    Attributes:
-        constants: The curve as the kernels take it.
-        period: Arc length after which the curvature repeats, m.
-        shortest_bend: Arc length over which the curvature rises and falls, m; infinite if it is constant.
-    """
-
-    constants: CurveConstants
-    period: float
-    shortest_bend: float
+    constants: CurveConstants  # the curve as the kernels take it
+    period: float  # arc length after which the curvature repeats, m
+    shortest_bend: float  # arc length over which the curvature rises and falls, m; infinite if it is constant
 
     def position(self, s: float) -> complex:
         """The position p, m."""
@@ -180,8 +164,7 @@ ORDERS: Array = np.arange(-HIGHEST, HIGHEST + 1.0)
 class Arc(Curve):
     """A circle to port, or a straight line if the curvature is zero.
 
-    Args:
-        curvature: kappa >= 0, 1/m.
+    `curvature`: kappa >= 0, 1/m.
     """
 
     def __init__(self, curvature: float) -> None:
@@ -194,10 +177,7 @@ class FigureEight(Curve):
     """A figure eight whose curvature is a sine of the arc length, the sine-generated curve that crosses itself.
 
     chi = A·(1 - cos(k·s)) and kappa = A·k·sin(k·s). It begins at the crossing; the long axis lies A - pi/2 = 47.8 degrees to
-    port of the initial course.
-
-    Args:
-        length: Distance between the ends of the two loops, m.
+    port of the initial course. `length`: distance between the ends of the two loops, m.
     """
 
     def __init__(self, length: float) -> None:
@@ -215,11 +195,8 @@ class Square(Curve):
     """A square with rounded corners, begun in the middle of a side.
 
     In a corner kappa = pi/(2·c)·(1 - cos(2·pi·q/c)) with the arc length q since its beginning, so curvature and its derivative
-    are continuous and the smallest radius is c/pi.
-
-    Args:
-        side: Length of a side between the vertices of the square, m.
-        corner_radius: Smallest radius of a corner, m; a corner takes CORNER_EXTENT times that of both its sides.
+    are continuous and the smallest radius is c/pi. `side`: length of a side between the vertices of the square, m.
+    `corner_radius`: smallest radius of a corner, m; a corner takes CORNER_EXTENT times that of both its sides.
     """
 
     def __init__(self, side: float, corner_radius: float) -> None:

@@ -38,23 +38,15 @@ SAMPLES_PER_BEND, LARGEST_EXPONENT = 256, 8
 ITERATIONS, TOLERANCE = 5000, 1e-14
 """The fixed-point iteration ends when the drift angle changes by less than the tolerance, rad."""
 
-NEGLIGIBLE = 1e-10
-"""Higher harmonics below this share of the drift angle are omitted."""
-
-STEEPEST = 1.55
-"""Largest drift angle of the solution, rad; the hull then travels almost sideways."""
+NEGLIGIBLE = 1e-10  # higher harmonics below this share of the drift angle are omitted
+STEEPEST = 1.55  # largest drift angle of the solution, rad; the hull then travels almost sideways
 
 
 def damping_ratio(beta: Array, speed: Array | float, vessel: Vessel) -> tuple[Array, Array]:
     """Sway damping divided by surge speed, and its derivative with respect to the drift angle.
 
-    Args:
-        beta: Drift angle, rad.
-        speed: U, m/s.
-        vessel: Coefficients of (6).
-
-    Returns:
-        (d_v + d_v2·|v| + d_v3·v²)·tan(beta) and its derivative, both in kg/s.
+    `beta`: drift angle, rad. `speed`: U, m/s. `vessel`: coefficients of (6). Returns (d_v + d_v2·|v| + d_v3·v²)·tan(beta) and
+    its derivative, both in kg/s.
     """
     v, tangent = speed * np.sin(beta), np.tan(beta)
     factor = vessel.d_v + vessel.d_v2 * np.abs(v) + vessel.d_v3 * v * v
@@ -65,13 +57,8 @@ def damping_ratio(beta: Array, speed: Array | float, vessel: Vessel) -> tuple[Ar
 def steady_drift(load: Array, speed: Array | float, vessel: Vessel) -> Array:
     """The drift angle of a steady turn, G(beta) = 0, by bisection.
 
-    Args:
-        load: m11·U·kappa, shape (n,), kg/s.
-        speed: U, m/s, one or shape (n,).
-        vessel: Coefficients of (6).
-
-    Returns:
-        Drift angle, shape (n,), rad; STEEPEST at most where the damping is too small for a smaller one.
+    `load`: m11·U·kappa, shape (n,), kg/s. `speed`: U, m/s, one or shape (n,). `vessel`: coefficients of (6). Returns drift
+    angle, shape (n,), rad; STEEPEST at most where the damping is too small for a smaller one.
     """
     low, high = np.full(load.shape, -STEEPEST), np.full(load.shape, STEEPEST)
     for _ in range(60):
@@ -161,14 +148,9 @@ def _solution(curve: Curve, speed: float, vessel: Vessel) -> Array:
 class PeriodicDrift:
     """The periodic drift angle along a curve at constant speed, a Fourier series in the arc length.
 
-    It is the limit of ((m22 - m11)·U·d/ds + g)·beta_next = g·beta - G(beta), solved in the frequency domain. Every step is
-    a contraction, because the derivative is skew-symmetric and g is the mean of the extreme slopes of G. A hull whose sway is
-    coupled to its yaw takes `coupled_drift`.
-
-    Args:
-        curve: The curve.
-        speed: U > 0, m/s.
-        vessel: Coefficients of the ship, with sway damping.
+    It is the limit of ((m22 - m11)·U·d/ds + g)·beta_next = g·beta - G(beta), solved in the frequency domain. Every step is a
+    contraction, because the derivative is skew-symmetric and g is the mean of the extreme slopes of G. A hull whose sway is
+    coupled to its yaw takes `coupled_drift`. `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping.
 
     Raises:
         ParameterError: a coupled hull has no drift angle that is found.

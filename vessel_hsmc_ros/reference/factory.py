@@ -135,13 +135,10 @@ REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] =
     "spiral": _pattern,
 }
 
-PLANNED = ("lawnmower", "path", "expanding_square", "spiral")
-"""Modes whose geometry is known ahead."""
-
+PLANNED = ("lawnmower", "path", "expanding_square", "spiral")  # modes whose geometry is known ahead
 CURVES = ("straight", "circle", "figure_eight", "square")
 
-HULL_LENGTH = 4.0
-"""Length of most hulls in radii of gyration."""
+HULL_LENGTH = 4.0  # length of most hulls in radii of gyration
 
 
 @dataclass(frozen=True)
@@ -183,14 +180,9 @@ class ReferenceShipParameters(VirtualShipParameters):
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
     """Make the reference that the parameters select.
 
-    Args:
-        parameters: Parameters of the node reference_ship.
-        period: Time between two published states, s.
-
-    Raises:
-        ParameterError: times and values of an input, goal or waypoint list differ in number, times do not increase, or the
-            ship cannot travel the curve within its limits, or its inputs exceed them, or a mode that is no planned track is
-            to follow the vessel.
+    `period`: time between two published states, s. Raises ParameterError if times and values of an input, goal or waypoint list
+    differ in number, times do not increase, or the ship cannot travel the curve within its limits, or its inputs exceed them,
+    or a mode that is no planned track is to follow the vessel.
     """
     if parameters.follow == "vessel" and parameters.mode not in (*PLANNED, *CURVES):
         raise ParameterError(
@@ -218,10 +210,7 @@ def track_of(
 ) -> PlannedTrack | None:
     """The geometry that a reference plans; None in modes without one.
 
-    Args:
-        parameters: Parameters of the node reference_ship.
-        period: Time between two published states, s.
-        paths: Waypoints that were set by messages, with their times, s.
+    `period`: time between two published states, s. `paths`: waypoints that were set by messages, with their times, s.
     """
     if parameters.mode not in PLANNED:
         return None

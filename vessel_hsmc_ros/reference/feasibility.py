@@ -11,24 +11,16 @@ from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.reference.shapes import Shape
 
-LARGEST_DRIFT = math.radians(45.0)
-"""Largest drift angle, rad: beyond it the hull would travel more sideways than ahead."""
-
+LARGEST_DRIFT = math.radians(45.0)  # largest drift angle, rad: beyond it the hull would travel more sideways than ahead
 BISECTIONS = 20
 
 
 def check_feasible(owner: str, shape: Shape, pace: Pace, vessel: Vessel, limits: Demand) -> None:
     """Check that a ship can travel a curve within its limits.
 
-    Args:
-        owner: Name of the mode, for the error message.
-        shape: The curve.
-        pace: Speed along it, and start.
-        vessel: Coefficients of (6).
-        limits: Largest drift angle, surge force and yaw moment; infinite where unknown.
-
-    Raises:
-        ParameterError: a limit is exceeded; the message contains the demand, the limit and the largest feasible speed.
+    `owner`: name of the mode, for the error message. `vessel`: coefficients of (6). `limits`: largest drift angle, surge force
+    and yaw moment; infinite where unknown. Raises ParameterError if a limit is exceeded; the message contains the demand, the
+    limit and the largest feasible speed.
     """
     excesses = _excesses(demand(shape.curve, pace, vessel, limits.drift), limits)
     if excesses:

@@ -25,8 +25,7 @@ from vessel_hsmc_ros.reference.motion_filter import MotionLimits
 
 Array = NDArray[np.float64]
 
-TRAIL_POINTS = 64
-"""Number of points in which the way behind the reference is kept, up to where its clock stands."""
+TRAIL_POINTS = 64  # number of points in which the way behind the reference is kept, up to where its clock stands
 
 
 class Waiting(NamedTuple):
@@ -54,11 +53,8 @@ class PaceStep(NamedTuple):
 def waiting_of(lengths: float, hull_length: float, speed: float, motion: MotionLimits) -> Waiting:
     """How a reference waits.
 
-    Args:
-        lengths: Lag at which the clock slows, in lengths of the hull.
-        hull_length: m.
-        speed: Largest speed of the timetable, m/s.
-        motion: Limits of the reference: its clock slows and speeds up within their accelerations.
+    `lengths`: lag at which the clock slows, in lengths of the hull. `hull_length`: m. `speed`: largest speed of the timetable,
+    m/s. `motion`: limits of the reference: its clock slows and speeds up within their accelerations.
     """
     slows = lengths * hull_length
     # With less way than the one in which it stops, the reference would stop and go.
@@ -70,9 +66,7 @@ def waiting_of(lengths: float, hull_length: float, speed: float, motion: MotionL
 def demanded_pace(lag: float, waiting: Waiting) -> float:
     """The pace between 0 and 1 that a lag demands.
 
-    Args:
-        lag: How far the vessel is behind along the track, m; negative if it is ahead.
-        waiting: How the reference waits.
+    `lag`: how far the vessel is behind along the track, m; negative if it is ahead.
     """
     q = min(max((lag - waiting.slows) / (waiting.stands - waiting.slows), 0.0), 1.0)
     return 1.0 - q * q * q * (10.0 - 15.0 * q + 6.0 * q * q)
@@ -81,11 +75,7 @@ def demanded_pace(lag: float, waiting: Waiting) -> float:
 def next_pace(m: PaceMemory, demand: float, T: float, h: float) -> PaceStep:
     """The exact solution of the two lags over a step with a constant demand.
 
-    Args:
-        m: The pace before.
-        demand: p.
-        T: Time constant, s.
-        h: Length of the step, s.
+    `T`: time constant, s. `h`: length of the step, s.
     """
     decay, a, s = math.exp(-h / T), m.a - demand, m.s - demand
     # Rounding may leave the range by a last digit.
@@ -102,8 +92,7 @@ def rate_of(m: PaceMemory, T: float) -> float:
 class Trail:
     """The way that a reference has come, as a line; the lag of a vessel is measured along it.
 
-    Args:
-        reach: Length of way that is kept, m.
+    `reach`: length of way that is kept, m.
     """
 
     def __init__(self, reach: float) -> None:
@@ -127,10 +116,7 @@ class Trail:
     def lag(self, vessel: complex) -> float:
         """How far a vessel is behind the reference: the way from the nearest point of the trail, m.
 
-        Where that is the beginning of the trail, the distance behind it counts too.
-
-        Args:
-            vessel: Its position, m.
+        Where that is the beginning of the trail, the distance behind it counts too. `vessel`: its position, m.
         """
         first, heading, _ = self._points[0]
         line = np.array([*(point for point, _, _ in self._points), self._head])
@@ -150,12 +136,8 @@ class Trail:
 class FollowingReference:
     """A reference that waits for its vessel; it stands until the first position of the vessel is known.
 
-    What the reference that it paces has besides the motion, such as paths to set, is also had of this one.
-
-    Args:
-        reference: A reference that is a function of the number of its steps.
-        waiting: How it waits.
-        period: Length of a step, s.
+    What the reference that it paces has besides the motion, such as paths to set, is also had of this one. `reference`: a
+    reference that is a function of the number of its steps. `period`: length of a step, s.
     """
 
     def __init__(self, reference: Any, waiting: Waiting, period: float) -> None:

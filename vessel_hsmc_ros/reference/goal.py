@@ -2,7 +2,8 @@
 
 A stationary goal is approached in stages: turn the bow towards it, or the stern if it is near and astern; go there; stop; turn to
 its heading on the spot. A moving goal, which a stream of poses defines, is followed by line-of-sight guidance along its course,
-with its speed and yaw rate as feedforward. Its future motion is unknown, so the reference follows with a small lag.
+with its speed and yaw rate as feedforward, both estimated from the stream. Its future motion is unknown, so the reference follows
+with a small lag.
 """
 
 import math
@@ -17,27 +18,70 @@ from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.reference.goal_parameters import GoalParameters, scheduled_goals
 from vessel_hsmc_ros.reference.kernel_reference import KernelReference, write_row
 from vessel_hsmc_ros.reference.motion_filter import Filter, Filtered, advance_filter, read_filter
-from vessel_hsmc_ros.reference.target import STREAM_GAP, STREAM_SPEED, Target, estimate_velocity, speed_of, stationary
 
-LEAST_SPEED = 0.2
-"""The drift angle is computed with at least this share of the largest speed: it is undefined at rest."""
+STREAM_GAP, STREAM_SPEED = 1.5, 0.067
+"""Goals that follow each other within the first, s, which is a property of publishers, and move faster than the second, relative
+to the largest speed, are a stream."""
+
+
+class Target(NamedTuple):
+    """A goal: pose, time of arrival, time of measurement, NaN if unknown, and velocity; m, m, rad, s, s, m/s, m/s, rad/s."""
+
+    x: float
+    y: float
+    psi: float
+    time: float
+    stamp: float
+    dx: float
+    dy: float
+    r: float
+
+    @property
+    def speed(self) -> float:
+        """Speed over ground, m/s."""
+        return speed_of(self)
+
+
+@kernel
+def speed_of(target: Target) -> float:
+    """The speed of a goal over ground, m/s."""
+    return magnitude(target.dx, target.dy)
+
+
+@kernel
+def stationary(x: float, y: float, psi: float, time: float, stamp: float) -> Target:
+    """A goal without velocity; the arguments are those of `Target`."""
+    return Target(x, y, psi, time, stamp, 0.0, 0.0, 0.0)
+
+
+@kernel
+def estimate_velocity(last: Target, new: Target, elapsed: float) -> Target:
+    """The new goal with the velocity between the last one and it, smoothed over a second.
+
+    `new`: the new goal, without velocity. `elapsed`: time between the two, s; above STREAM_GAP the new goal is stationary.
+    Returns the new goal, with velocity and yaw rate if the two belong to one stream.
+    """
+    if not 0.0 < elapsed <= STREAM_GAP:
+        return new
+    # First-order low-pass with a time constant of 1 s; the first difference of a stream initialises it.
+    share = 1.0 if speed_of(last) == 0.0 or elapsed > 1.0 else elapsed
+    dx = last.dx + share * ((new.x - last.x) / elapsed - last.dx)
+    dy = last.dy + share * ((new.y - last.y) / elapsed - last.dy)
+    r = last.r + share * (wrap(new.psi - last.psi) / elapsed - last.r)
+    return Target(new.x, new.y, new.psi, new.time, new.stamp, dx, dy, r)
+
+
+LEAST_SPEED = 0.2  # the drift angle is computed with at least this share of the largest speed: it is undefined at rest
 
 
 @kernel
 def approach(distance: float, braking: float, largest: float, gain: float) -> float:
     """The speed at which to approach a point so that the motion can stop there.
 
-    With the gain k and the deceleration b it is k·x near the point, and sqrt(2·b·(x - b/(2·k²))) beyond x = b/k², where both and
-    their slopes are equal: nowhere does it take more than b.
-
-    Args:
-        distance: Distance to go, m, or angle, rad; its sign is that of the result.
-        braking: Deceleration to plan with, m/s² or rad/s².
-        largest: Largest speed, m/s or rad/s.
-        gain: 1/s.
-
-    Returns:
-        Speed, m/s, or yaw rate, rad/s, with the sign of the distance.
+    With the gain k and the deceleration b it is k·x near the point, and sqrt(2·b·(x - b/(2·k²))) beyond x = b/k², where both
+    and their slopes are equal: nowhere does it take more than b. `distance`: distance to go, m, or angle, rad; its sign is that
+    of the result. `braking`: deceleration to plan with, m/s² or rad/s². `largest`: largest speed, m/s or rad/s. `gain`: 1/s.
+    Returns speed, m/s, or yaw rate, rad/s, with the sign of the distance.
     """
     size, joint = abs(distance), braking / (gain * gain)
     speed = gain * size if size < joint else math.sqrt(2.0 * braking * (size - 0.5 * joint))
@@ -54,13 +98,8 @@ def surge_setpoint(distance: float, c: Filter) -> float:
 def yaw_rate_setpoint(angle: float, feedforward: float, c: Filter) -> float:
     """The yaw rate with which to turn by an angle; half the yaw acceleration is kept in reserve.
 
-    Args:
-        angle: Angle to turn by, rad, wrapped.
-        feedforward: Yaw rate of the desired heading, rad/s.
-        c: Limits of the motion.
-
-    Returns:
-        Yaw rate, rad/s; the motion filter limits it.
+    `angle`: angle to turn by, rad, wrapped. `feedforward`: yaw rate of the desired heading, rad/s. Returns yaw rate, rad/s; the
+    motion filter limits it.
     """
     return feedforward + approach(angle, 0.5 * c.yaw_acceleration, c.yaw_rate, c.gain)
 
@@ -73,18 +112,9 @@ def follow_line(
 
     The course is heading plus drift angle; the desired course is that of the line minus atan(cross_track/lookahead). The
     lookahead distance is the largest speed divided by the gain, so that the ship comes onto the line as fast as it turns. While
-    the heading is far off, the speed is reduced by the cosine of the error.
-
-    Args:
-        motion: The reference's motion.
-        course: Direction of the line, rad.
-        cross_track: Distance to the left of the line, m.
-        speed: Speed along the line, m/s.
-        yaw_rate: Rate at which the line turns, rad/s.
-        c: Limits of the motion.
-
-    Returns:
-        Surge speed [m/s] and yaw rate [rad/s].
+    the heading is far off, the speed is reduced by the cosine of the error. `course`: direction of the line, rad.
+    `cross_track`: distance to the left of the line, m. `speed`: speed along the line, m/s. `yaw_rate`: rate at which the line
+    turns, rad/s. Returns surge speed [m/s] and yaw rate [rad/s].
     """
     # The sideslip angle: an underactuated hull moves along its course, not along its heading.
     least = LEAST_SPEED * c.speed
@@ -101,62 +131,35 @@ NEAR, HELD_BEARING, REACHED = 0.16, 0.026, 0.0026
 """Distances to the goal in radii of gyration of the hull: nearer than the first it is approached straight only; than the second
 its bearing is kept constant, because it is ill-defined close to the goal; than the third the position is reached."""
 
-ASTERN = 1.2
-"""Distance up to which goals are approached astern, in radii of gyration, unless it is set."""
-
-STRAIGHT = 0.15
-"""Heading error above which a near goal is not approached, rad."""
-
+ASTERN = 1.2  # distance up to which goals are approached astern, in radii of gyration, unless it is set
+STRAIGHT = 0.15  # heading error above which a near goal is not approached, rad
 STOPPED_DISTANCE, STOPPED_ANGLE, STOPPED_SPEED = 0.001, 0.02, 0.003
 """A stage ends when distance, heading error and speed are below these, in radii of gyration, rad, and of the largest speed."""
 
 
 class GoalConstants(NamedTuple):
-    """Constants of a goal reference.
+    """Constants of a goal reference."""
 
-    Attributes:
-        filter: The motion filter.
-        astern_distance: Goals abaft the beam and nearer than this are approached astern, m.
-        due: Steps at which goals are scheduled, shape (n,).
-        poses: Scheduled goals x, y, psi, shape (n, 3).
-    """
-
-    filter: Filter
-    astern_distance: float
-    due: Any
-    poses: Array
+    filter: Filter  # the motion filter
+    astern_distance: float  # goals abaft the beam and nearer than this are approached astern, m
+    due: Any  # steps at which goals are scheduled, shape (n,)
+    poses: Array  # scheduled goals x, y, psi, shape (n, 3)
 
 
 class GoalMemory(NamedTuple):
-    """Memory of a goal reference.
+    """Memory of a goal reference."""
 
-    Attributes:
-        motion: State of the motion filter.
-        target: The latest goal.
-        arrived: Whether its position is reached, so that only the heading remains.
-        direction: Desired heading on the way there, rad.
-        ahead: 1 if the goal is approached ahead, -1 astern.
-        steps: Number of steps since the start.
-    """
-
-    motion: Filtered
-    target: Target
-    arrived: bool
-    direction: float
-    ahead: float
-    steps: int
+    motion: Filtered  # state of the motion filter
+    target: Target  # the latest goal
+    arrived: bool  # whether its position is reached, so that only the heading remains
+    direction: float  # desired heading on the way there, rad
+    ahead: float  # 1 if the goal is approached ahead, -1 astern
+    steps: int  # number of steps since the start
 
 
 @kernel
 def begin_stage(m: GoalMemory, latest: Target, target: Target, c: GoalConstants) -> GoalMemory:
-    """Decide whether the position is reached, and whether to approach with the bow or with the stern.
-
-    Args:
-        m: Memory.
-        latest: The goal to keep.
-        target: Where it is at present.
-        c: Constants.
-    """
+    """Decide whether the position is reached, and whether to approach with the bow or with the stern."""
     x, y, psi = m.motion.x, m.motion.y, m.motion.psi
     distance = magnitude(target.x - x, target.y - y)
     bearing = math.atan2(target.y - y, target.x - x)
@@ -190,14 +193,8 @@ def present_target(m: GoalMemory, c: GoalConstants) -> tuple[Target, GoalMemory]
 def set_goal(m: GoalMemory, x: float, y: float, psi: float, stamp: float, c: GoalConstants) -> GoalMemory:
     """Set a goal; goals that follow each other shortly define a moving goal.
 
-    Args:
-        m: Memory.
-        x, y, psi: The goal, m, m, rad.
-        stamp: Time of the measurement, s; NaN if it is unknown, then the present time counts.
-        c: Constants.
-
-    Returns:
-        The memory with the new goal.
+    `x`, `y`, `psi`: the goal, m, m, rad. `stamp`: time of the measurement, s; NaN if it is unknown, then the present time
+    counts. Returns the memory with the new goal.
     """
     last, new = m.target, stationary(x, y, psi, m.steps * c.filter.period, stamp)
     # A stationary goal that is published repeatedly is not a stream and must not restart the approach.
@@ -290,12 +287,7 @@ def follow(m: GoalMemory, c: GoalConstants, rows: Array) -> None:
 def goal_constants(motion: Filter, parameters: GoalParameters) -> GoalConstants:
     """The constants of a goal reference.
 
-    Args:
-        motion: The motion filter.
-        parameters: Scheduled goals.
-
-    Raises:
-        ParameterError: poses and times of the goals differ in number, or the times do not increase.
+    Raises ParameterError if poses and times of the goals differ in number, or the times do not increase.
     """
     goals = [(round(time / motion.period), pose) for time, pose in scheduled_goals(parameters) if time >= 0.0]
     poses = np.array([pose for _, pose in goals], np.float64).reshape(-1, 3)
@@ -312,11 +304,6 @@ def keeping(start: Filtered, c: GoalConstants) -> GoalMemory:
 
 class GoalReference(KernelReference):
     """A feasible motion to the latest goal; before the first goal it keeps its initial position.
-
-    Args:
-        start: Initial state.
-        motion: The motion filter.
-        parameters: Scheduled goals.
 
     Raises:
         ParameterError: poses and times of the goals differ in number, or the times do not increase.
@@ -336,10 +323,8 @@ class GoalReference(KernelReference):
     def set_goal(self, x: float, y: float, psi: float, stamp: float | None = None) -> None:
         """Set a goal; goals that follow each other shortly define a moving goal.
 
-        Args:
-            x, y: Position, m.
-            psi: Heading, rad.
-            stamp: Time of the measurement, s; None if it is unknown, then the present time counts.
+        `x`, `y`: position, m. `psi`: heading, rad. `stamp`: time of the measurement, s; None if it is unknown, then the present
+        time counts.
         """
         self.memory = set_goal(self.memory, x, y, psi, math.nan if stamp is None else stamp, self.constants)
 

@@ -33,8 +33,7 @@ class GoalParameters:
 def scheduled_goals(p: GoalParameters) -> list[tuple[float, tuple[float, float, float]]]:
     """Times and poses of the goals in the parameters.
 
-    Raises:
-        ParameterError: poses and times differ in number, or the times do not increase.
+    Raises ParameterError if poses and times differ in number, or the times do not increase.
     """
     times = given_times(p.times, p.poses, "reference_ship.goal.times", "reference_ship.goal.poses")
     if len(p.poses) != 3 * len(times) and p.poses != NONE:
@@ -50,13 +49,7 @@ def scheduled_goals(p: GoalParameters) -> list[tuple[float, tuple[float, float, 
 def given_times(times: tuple[float, ...], places: tuple[float, ...], name: str, places_name: str) -> tuple[float, ...]:
     """The times at which poses or waypoints are set; none without them.
 
-    Args:
-        times: The times, s; below 0 for never.
-        places: The numbers of the poses or waypoints.
-        name, places_name: Names of the two parameters.
-
-    Raises:
-        ParameterError: there is a time, and nothing to set at it.
+    `times`: the times, s; below 0 for never. Raises ParameterError if there is a time, and nothing to set at it.
     """
     if places != NONE:
         return times

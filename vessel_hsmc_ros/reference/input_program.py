@@ -19,9 +19,7 @@ from vessel_hsmc_ros.core.schema import parameter
 
 Array = NDArray[np.float64]
 
-EARLY = 0.5e-9
-"""Tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times."""
-
+EARLY = 0.5e-9  # tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times
 MAX_INPUT_TIME, MAX_INPUT = 1e9, 1e12
 
 
@@ -61,21 +59,17 @@ class RampParameters:
 
 
 class Program(NamedTuple):
-    """An input as a function of time.
+    """An input as a function of time."""
 
-    Attributes:
-        constant: Constant part, in the unit of the input.
-        amplitude, frequency, phase: The sine; in the unit of the input, rad/s, rad.
-        step_times, step_values: The steps, shape (n,); s, in the unit of the input; n = 0 if they are zero.
-        ramp_times, ramp_values: The points of the ramp, shape (m,); s, in the unit of the input; m = 0 if they are zero.
-    """
-
-    constant: float
+    constant: float  # constant part, in the unit of the input
+    # amplitude, frequency, phase: the sine; in the unit of the input, rad/s, rad
     amplitude: float
     frequency: float
     phase: float
+    # step_times, step_values: the steps, shape (n,); s, in the unit of the input; n = 0 if they are zero
     step_times: Array
     step_values: Array
+    # ramp_times, ramp_values: the points of the ramp, shape (m,); s, in the unit of the input; m = 0 if they are zero
     ramp_times: Array
     ramp_values: Array
 
@@ -85,13 +79,9 @@ def program(
 ) -> Program:
     """The sum of a constant, a sine, steps and a ramp.
 
-    Args:
-        constant: Constant part, in the unit of the input.
-        sine, steps, ramp: The other parts.
-        name: Name of the constant's parameter, for error messages; the groups are named after it.
-
-    Raises:
-        ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
+    `constant`: constant part, in the unit of the input. `name`: name of the constant's parameter, for error messages; the
+    groups are named after it. Raises ParameterError if times and values of the steps or of the ramp differ in number, or the
+    times do not increase.
     """
     for points, kind in ((steps, "steps"), (ramp, "ramp")):
         check_points(points, f"{name}_{kind}")
@@ -108,16 +98,9 @@ def arrays(points: StepsParameters | RampParameters) -> tuple[Array, Array]:
 def program_of(parameters: Any, name: str, owner: str) -> Program:
     """Make the input of a given name from its parameters.
 
-    Args:
-        parameters: Dataclass with the fields `name`, `name_sine`, `name_steps` and `name_ramp`.
-        name: Name of the constant.
-        owner: Name of the node or group of the parameters, for error messages.
-
-    Returns:
-        The input as a function of time.
-
-    Raises:
-        ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
+    `parameters`: dataclass with the fields `name`, `name_sine`, `name_steps` and `name_ramp`. `owner`: name of the node or
+    group of the parameters, for error messages. Returns the input as a function of time. Raises ParameterError if times and
+    values of the steps or of the ramp differ in number, or the times do not increase.
     """
     sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
     return program(getattr(parameters, name), sine, steps, ramp, f"{owner}.{name}")
@@ -127,13 +110,8 @@ def program_of(parameters: Any, name: str, owner: str) -> Program:
 def input_value(p: Program, offset: float, time: float) -> float:
     """The input at a time since the start, s.
 
-    Args:
-        p: The input.
-        offset: Added to the phase of the sine, rad.
-        time: Time since the start, s.
-
-    Returns:
-        The sum of its parts, in the unit of the input.
+    `offset`: added to the phase of the sine, rad. `time`: time since the start, s. Returns the sum of its parts, in the unit of
+    the input.
     """
     sine = p.amplitude * math.sin(p.frequency * time + p.phase + offset)
     begun = passed(p.step_times, time)
@@ -183,12 +161,7 @@ def passed(times: Array, time: float) -> int:
 def check_points(points: StepsParameters | RampParameters, name: str) -> None:
     """Check the times and values of steps or of a ramp.
 
-    Args:
-        points: Times and values.
-        name: Name of the group, for error messages.
-
-    Raises:
-        ParameterError: lengths differ, the lists are empty, or the times do not increase.
+    Raises ParameterError if lengths differ, the lists are empty, or the times do not increase.
     """
     times, values = list(points.times), list(points.values)
     if len(times) != len(values) or not times:

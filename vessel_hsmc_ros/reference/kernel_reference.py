@@ -22,21 +22,14 @@ def write_row(row: Array, reading: tuple[Motion, Acceleration]) -> None:
 
 
 class KernelReference:
-    """Holder of the memory of a reference; see `Reference` for the meaning of its methods.
+    """Holder of the memory of a reference; see `Reference` for the meaning of its methods."""
 
-    Attributes:
-        move: Kernel (memory, constants) -> memory, one period later.
-        read: Kernel (memory, constants) -> state and accelerations.
-        follow: Kernel (memory, constants, rows) that writes a whole trajectory, one row of shape (9,) for each step.
-        constants: NamedTuple of what does not change during a run.
-        memory: NamedTuple of what does.
-    """
-
-    move: ClassVar[Any]
-    read: ClassVar[Any]
+    move: ClassVar[Any]  # kernel (memory, constants) -> memory, one period later
+    read: ClassVar[Any]  # kernel (memory, constants) -> state and accelerations
+    # kernel (memory, constants, rows) that writes a whole trajectory, one row of shape (9,) for each step
     follow: ClassVar[Any]
-    constants: Any
-    memory: Any
+    constants: Any  # NamedTuple of what does not change during a run
+    memory: Any  # NamedTuple of what does
     _read_from: Any = None
     _reading: tuple[Array, Array]
 

@@ -51,8 +51,7 @@ from vessel_hsmc_ros.reference.turning import TravelLimits, Turning, check_strai
 
 MODE = "reference_ship.lawnmower"
 
-NEAR = 0.1
-"""Distance within which a ship passes a point of a leg, relative to the distance between two legs."""
+NEAR = 0.1  # distance within which a ship passes a point of a leg, relative to the distance between two legs
 
 
 @dataclass(frozen=True)
@@ -104,14 +103,8 @@ class LawnmowerParameters:
 def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Sailing:
     """The survey as a motion of a ship, which is planned once for a scenario that is checked, run and evaluated.
 
-    Args:
-        p: The survey.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-        start: Position x, y [m] and course at the beginning.
-
-    Raises:
-        ParameterError: the spacing is zero, or the ship cannot sail a leg or a turn within its limits.
+    `start`: position x, y [m] and course at the beginning. Raises ParameterError if the spacing is zero, or the ship cannot
+    sail a leg or a turn within its limits.
     """
     elements, sections = survey_legs(p, vessel, limits)
     return sail(MODE, Route(elements, start), sections, vessel, limits)
@@ -120,14 +113,7 @@ def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits,
 def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, strips: Sequence[Strip] = ()) -> Planned:
     """The run-in, legs and turns of a survey.
 
-    Args:
-        p: The survey.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-        strips: The legs, if they are not those of the parameters.
-
-    Raises:
-        ParameterError: as `plan_lawnmower`.
+    `strips`: the legs, if they are not those of the parameters. Raises ParameterError as `plan_lawnmower`.
     """
     _spacing(p)
     check_straight(f"{MODE}.speed", p.speed, vessel, limits)
@@ -144,11 +130,7 @@ def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, st
 
 
 def _spacing(p: LawnmowerParameters) -> float:
-    """The spacing of a survey.
-
-    Raises:
-        ParameterError: it is zero.
-    """
+    """The spacing of a survey. Raises ParameterError if it is zero."""
     if abs(p.spacing) < SMALLEST:
         raise ParameterError(f"{MODE}.spacing = {p.spacing:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
     return p.spacing
@@ -177,10 +159,8 @@ BISECTIONS = 60
 def u_turn(spacing: float, radius: float, transition: float) -> Pieces:
     """The U-turn to a parallel leg, which begins abreast of the end of this one.
 
-    Args:
-        spacing: Distance to the next leg, m, positive to port.
-        radius: Smallest radius, m.
-        transition: Length of the transitions between straight and arc, m.
+    `spacing`: distance to the next leg, m, positive to port. `radius`: smallest radius, m. `transition`: length of the
+    transitions between straight and arc, m.
     """
     side, width = math.copysign(1.0, spacing), abs(spacing)
     quarter = displacement(turn(0.5 * math.pi, radius, transition))
@@ -209,34 +189,21 @@ def _root(increasing: Callable[[float], float], low: float, high: float) -> floa
 
 
 class Legs(NamedTuple):
-    """The legs of a rectangle.
+    """The legs of a rectangle."""
 
-    Attributes:
-        number: Number of legs.
-        length: Of a leg, m.
-        spacing: Between two, m, positive to port.
-        begin: Where the first begins, m.
-        course: Of the first, rad.
-    """
-
-    number: int
-    length: float
-    spacing: float
-    begin: complex
-    course: float
+    number: int  # number of legs
+    length: float  # of a leg, m
+    spacing: float  # between two, m, positive to port
+    begin: complex  # where the first begins, m
+    course: float  # of the first, rad
 
 
 def legs_of(rectangle: tuple[float, ...], heading: float, spacing: float, here: complex) -> Legs:
     """The legs of a rectangle, begun at the corner that is nearest to a place.
 
-    Args:
-        rectangle: x, y of the center, length and width, m.
-        heading: Direction of the length, rad.
-        spacing: Largest distance between two legs, m.
-        here: The place, m.
-
-    Raises:
-        ParameterError: there are not four numbers, or length or width is not positive.
+    `rectangle`: x, y of the center, length and width, m. `heading`: direction of the length, rad. `spacing`: largest distance
+    between two legs, m. `here`: the place, m. Raises ParameterError if there are not four numbers, or length or width is not
+    positive.
     """
     if len(rectangle) != 4 or min(rectangle[2:]) <= 0.0:
         raise ParameterError(
@@ -271,14 +238,8 @@ class Survey(NamedTuple):
 def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Survey:
     """The survey of parameters, of a rectangle or of legs from the start on.
 
-    Args:
-        p: The survey.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-        start: Position x, y [m] and heading at the beginning; the course of the first leg where there is no rectangle.
-
-    Raises:
-        ParameterError: as `legs_of` and `plan_lawnmower`, or the run-in is too short for the turn to it.
+    `start`: position x, y [m] and heading at the beginning; the course of the first leg where there is no rectangle. Raises
+    ParameterError as `legs_of` and `plan_lawnmower`, or the run-in is too short for the turn to it.
     """
     here, ship = complex(start[0], start[1]), Ship(vessel, limits, 0.0, MODE)
     if any(p.polygon):

@@ -26,9 +26,7 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 LAG, ACCELERATION_LAG = 0.4, 0.1
 """T_f and T_a in units of T; the damping ratio of velocity and acceleration is sqrt(T_f/T_a)/2 = 1, critical."""
 
-GAIN = 0.75
-"""Gain from distance to speed and from angle to yaw rate, in units of 1/T: with the two lags a damping ratio of 0.8."""
-
+GAIN = 0.75  # gain from distance to speed and from angle to yaw rate, in units of 1/T: with the two lags a damping ratio of 0.8
 SHARE_OF_MOMENT = 0.25
 """Share of the yaw moment that the largest yaw acceleration is assumed to take, where the limit of the moment is not known."""
 
@@ -51,27 +49,20 @@ class MotionLimits:
 
 
 class Filter(NamedTuple):
-    """A motion filter.
+    """A motion filter."""
 
-    Attributes:
-        speed, acceleration, yaw_rate, yaw_acceleration: Limits of the motion.
-        T_f, T_a: Time constants of velocity and acceleration, s.
-        gain: From distance to speed, and from angle to yaw rate, 1/s.
-        length: Radius of gyration of the hull, the unit of distances, m.
-        vessel: Coefficients of the hull, for its sway.
-        period: Length of a step, s.
-    """
-
+    # speed, acceleration, yaw_rate, yaw_acceleration: limits of the motion
     speed: float
     acceleration: float
     yaw_rate: float
     yaw_acceleration: float
+    # T_f, T_a: time constants of velocity and acceleration, s
     T_f: float
     T_a: float
-    gain: float
-    length: float
-    vessel: Vessel
-    period: float
+    gain: float  # from distance to speed, and from angle to yaw rate, 1/s
+    length: float  # radius of gyration of the hull, the unit of distances, m
+    vessel: Vessel  # coefficients of the hull, for its sway
+    period: float  # length of a step, s
 
 
 class Filtered(NamedTuple):
@@ -90,11 +81,7 @@ class Filtered(NamedTuple):
 def filter_of(limits: MotionLimits, vessel: Vessel, period: float, yaw_moment: float = math.inf) -> Filter:
     """The filter of a hull.
 
-    Args:
-        limits: Limits of the motion.
-        vessel: Coefficients of the hull.
-        period: Length of a step, s.
-        yaw_moment: Largest yaw moment, N·m; infinite where it is not known.
+    `period`: length of a step, s. `yaw_moment`: largest yaw moment, N·m; infinite where it is not known.
     """
     given = limits.speed, limits.acceleration, limits.yaw_rate, limits.yaw_acceleration
     acceleration = yaw_moment / vessel.m33 if math.isfinite(yaw_moment) else limits.yaw_acceleration / SHARE_OF_MOMENT
@@ -114,14 +101,8 @@ def read_filter(s: Filtered, c: Filter) -> tuple[Motion, Acceleration]:
 def advance_filter(s: Filtered, u_c: float, r_c: float, c: Filter) -> Filtered:
     """Advance by one period towards the setpoints, by one Runge-Kutta step.
 
-    Args:
-        s: State.
-        u_c: Surge-speed setpoint, m/s; limited to the largest speed.
-        r_c: Yaw-rate setpoint, rad/s; limited to the largest yaw rate.
-        c: Limits, hull and period.
-
-    Returns:
-        The state one period later.
+    `u_c`: surge-speed setpoint, m/s; limited to the largest speed. `r_c`: yaw-rate setpoint, rad/s; limited to the largest yaw
+    rate. `c`: limits, hull and period. Returns the state one period later.
     """
     u_c, r_c = clip(u_c, c.speed), clip(r_c, c.yaw_rate)
     # Velocity and acceleration are integrated with the pose, so that all published derivatives are consistent.

@@ -21,22 +21,16 @@ from vessel_hsmc_ros.reference.turning import LARGEST_SHARE, SLOWER, SLOWEST, Tr
 
 Array = NDArray[np.float64]
 
-STEPS, SUBSTEPS = 16, 4
-"""Instants of each part of a change of speed, and steps of the integration of the sway between two."""
-
+STEPS, SUBSTEPS = 16, 4  # instants of each part of a change of speed, and steps of the integration of the sway between two
 DECAY, DECAY_STEPS = 12.0, 128
 """Time after the turn or halt in which the sway decays, in terms of its time constant, and its instants."""
 
-HALT_SHARE = 0.75
-"""Share of the limits of the acceleration that a halt takes; the rest is for the transition to it."""
-
+HALT_SHARE = 0.75  # share of the limits of the acceleration that a halt takes; the rest is for the transition to it
 BLENDED = 0.4
 """Share of the braking of a halt in which the acceleration of the motion before it decays. On its way it reaches -0.37 of what it
 was; that is over before the braking has reached HALT_SHARE, so that the sum stays within the limits."""
 
-PASSES = 5
-"""Passes that find the heading towards a point while the ship moves aside."""
-
+PASSES = 5  # passes that find the heading towards a point while the ship moves aside
 NEGLIGIBLE = 1e-6
 """Angle that is not worth a turn, rad, and speed at which there is no drift, relative to what the sway takes to decay."""
 
@@ -55,17 +49,8 @@ class _Given(NamedTuple):
 def spot_turn(pose: tuple[float, float, float], target: complex, vessel: Vessel, limits: TravelLimits) -> Timetable | None:
     """Turn the bow towards a point.
 
-    Args:
-        pose: x, y, psi at the beginning; at rest.
-        target: The point, m.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-
-    Returns:
-        The motion, from the time 0 on; None where the bow points there.
-
-    Raises:
-        ParameterError: the yaw moment is too small for any turn.
+    `pose`: x, y, psi at the beginning; at rest. `target`: the point, m. Returns the motion, from the time 0 on; None where the
+    bow points there. Raises ParameterError if the yaw moment is too small for any turn.
     """
     x, y, psi = pose
     here, table = complex(x, y), None
@@ -81,14 +66,7 @@ def spot_turn(pose: tuple[float, float, float], target: complex, vessel: Vessel,
 def halt(motion: Motion, row: Array, vessel: Vessel, limits: TravelLimits) -> Timetable:
     """Come to rest.
 
-    Args:
-        motion: Motion at the beginning.
-        row: The row of a table there, whose acceleration decays.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-
-    Returns:
-        The motion, from the time 0 on.
+    `row`: the row of a table there, whose acceleration decays. Returns the motion, from the time 0 on.
     """
     x, y, psi, u, v, r = motion
     # A yaw rate that is just gathering would be halted in no time, and with no time for its acceleration to decay.

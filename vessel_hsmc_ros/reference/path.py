@@ -29,12 +29,8 @@ from vessel_hsmc_ros.reference.turning import TravelLimits, check_straight, larg
 
 Array = NDArray[np.float64]
 
-SLOW = 0.5
-"""Share of the required speed below which the mean speed of a path is named."""
-
-DISTINCT = 2e-3
-"""Waypoints nearer to each other than this are one, relative to the radius of gyration of the hull."""
-
+SLOW = 0.5  # share of the required speed below which the mean speed of a path is named
+DISTINCT = 2e-3  # waypoints nearer to each other than this are one, relative to the radius of gyration of the hull
 TOLERANCE, REACH = 0.4, 4.0
 """How far points that are left out may be from the way, and how far off a leg a ship may be to be on it, relative to the radius
 of gyration, a quarter of the length of most hulls."""
@@ -42,12 +38,8 @@ of gyration, a quarter of the length of most hulls."""
 TURN_WAY = 2.5
 """Way in which a ship under way turns to a point and its drift decays, in radii of the turn of the largest yaw rate."""
 
-NEAR = 2.0
-"""Distance within which a ship passes a point of a leg, in radii of gyration: half of the length of most hulls."""
-
-AT_REST = 1e-3
-"""Shares of speed and largest yaw rate below which the ship counts as at rest where a path begins."""
-
+NEAR = 2.0  # distance within which a ship passes a point of a leg, in radii of gyration: half of the length of most hulls
+AT_REST = 1e-3  # shares of speed and largest yaw rate below which the ship counts as at rest where a path begins
 SPEED_GAIN, SHORTEST = 0.07, 0.01
 """Speed that an acceleration brings while it decays in a time, relative to their product; and the least share of that of a
 transition in which it decays."""
@@ -55,9 +47,7 @@ transition in which it decays."""
 JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
 """Speeds of the turn with which a path begins under way, relative to that of the path, in the order of preference."""
 
-FAR = 1e9
-"""Distance of a point that has the same bearing from wherever a vessel turns on the spot, m."""
-
+FAR = 1e9  # distance of a point that has the same bearing from wherever a vessel turns on the spot, m
 SET_OFF, SET_OFF_SHARE = 0.3, 0.1
 """Speed of the beginning after a turn on the spot, in terms of the radius of gyration and the yaw acceleration, and largest share
 of the leg that it takes."""
@@ -81,14 +71,8 @@ class PathPiece(NamedTuple):
 def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Acceleration, ship: Ship, speed: float) -> Plan:
     """The motion along a path, and its geometry.
 
-    Args:
-        waypoints: The waypoints in their order; without one the ship comes to rest.
-        motion, acceleration: Present motion.
-        ship: The ship.
-        speed: Its usual speed, m/s.
-
-    Raises:
-        ParameterError: a leg or a corner cannot be sailed; the message contains which, and what would do.
+    `waypoints`: the waypoints in their order; without one the ship comes to rest. `speed`: its usual speed, m/s. Raises
+    ParameterError if a leg or a corner cannot be sailed; the message contains which, and what would do.
     """
     waypoints = [point._replace(number=k) for k, point in enumerate(waypoints, 1)]
     speeds = {point.speed for point in waypoints}
@@ -243,15 +227,8 @@ def _from_rest(part: Part, motion: Motion, ship: Ship, turned: Timetable | None)
 def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
     """Legs and corners sailed from rest to rest.
 
-    Args:
-        legs: The legs and corners.
-        course: Of the first leg, rad.
-        motion: At rest where it begins.
-        ship: The ship.
-        turned: The turn on the spot before it, if there is one.
-
-    Raises:
-        ParameterError: as `sail`.
+    `course`: of the first leg, rad. `motion`: at rest where it begins. `turned`: the turn on the spot before it, if there is
+    one. Raises ParameterError as `sail`.
     """
     elements, sections = legs
     if turned is not None:
@@ -268,10 +245,7 @@ def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: 
 def _set_off(elements: list[Element], sections: list[Section], duration: float, ship: Ship) -> Planned:
     """The first leg with a slow beginning, in which a ship that has not kept its heading at rest turns to the leg.
 
-    Args:
-        elements, sections: The legs and corners.
-        duration: How long the beginning takes, s.
-        ship: The ship.
+    `duration`: how long the beginning takes, s.
     """
     radius = math.sqrt(ship.vessel.m33 / ship.vessel.m22)
     length, speed = elements[0].length, SET_OFF * radius * math.sqrt(ship.limits.yaw_acceleration)

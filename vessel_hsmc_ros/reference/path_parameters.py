@@ -50,12 +50,8 @@ class PathParameters:
 def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoint]] | None:
     """Time and waypoints of the path in the parameters; None without one.
 
-    Args:
-        p: The parameters.
-        speed: On legs without a speed of their own, m/s.
-
-    Raises:
-        ParameterError: as from `waypoints_of`, or there is a time and no waypoint.
+    `speed`: on legs without a speed of their own, m/s. Raises ParameterError as from `waypoints_of`, or there is a time and no
+    waypoint.
     """
     if not given_times((p.time,), p.waypoints, f"{PATH}.time", f"{PATH}.waypoints"):
         return None
@@ -66,13 +62,8 @@ def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoin
 def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
     """The waypoints of the parameters.
 
-    Args:
-        p: The parameters.
-        speed: On legs without a speed of their own, m/s.
-
-    Raises:
-        ParameterError: the number of coordinates is odd, there are more or fewer speeds, corners, holds or headings than
-            waypoints, or there is a heading where the vessel does not stop.
+    `speed`: on legs without a speed of their own, m/s. Raises ParameterError if the number of coordinates is odd, there are
+    more or fewer speeds, corners, holds or headings than waypoints, or there is a heading where the vessel does not stop.
     """
     numbers = p.waypoints
     if len(numbers) % 2:

@@ -25,12 +25,9 @@ from vessel_hsmc_ros.reference.timetable import (
 class PathReference(TimetableReference):
     """A motion along waypoints to rest at the last one; before the first path it keeps its initial position.
 
-    Args:
-        start: Initial state; a ship that is under way at the start comes to rest ahead.
-        ship: Whose path it is.
-        speed: Largest speed on legs without one of their own, m/s.
-        scheduled: Time, s, and waypoints of a path that is set without a message; None for none.
-        period: Length of a step, s.
+    `start`: initial state; a ship that is under way at the start comes to rest ahead. `speed`: largest speed on legs without
+    one of their own, m/s. `scheduled`: time, s, and waypoints of a path that is set without a message; None for none. `period`:
+    length of a step, s.
 
     Attributes:
         slow: A remark where the path is much slower than its legs were to be; empty where it is not.
@@ -57,11 +54,7 @@ class PathReference(TimetableReference):
     def set_path(self, points: Sequence[Point]) -> None:
         """Set a new path; its first leg begins with the present motion of the reference.
 
-        Args:
-            points: Waypoints x, y, m.
-
-        Raises:
-            GoalError: there are no waypoints, or the ship cannot sail along them.
+        `points`: waypoints x, y, m. Raises GoalError if there are no waypoints, or the ship cannot sail along them.
         """
         self.take(self.planner(points, self.steps)())
 
@@ -73,12 +66,8 @@ class PathReference(TimetableReference):
     def planner(self, points: Sequence[Point], steps: int) -> Callable[[], Plan]:
         """What plans a path that begins at a present or coming step, with the motion then; it may run in another thread.
 
-        Args:
-            points: Waypoints x, y, m.
-            steps: Number of the step.
-
-        Raises:
-            GoalError: there are no waypoints; also by what it returns, if the ship cannot sail along them.
+        `points`: waypoints x, y, m. `steps`: number of the step. Raises GoalError if there are no waypoints; also by what it
+        returns, if the ship cannot sail along them.
         """
         if not points:
             raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")

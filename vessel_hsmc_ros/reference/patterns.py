@@ -42,11 +42,7 @@ class ExpandingSquareParameters:
     speed: float = _speed()
 
     def places(self, start: complex, course: float) -> list[complex]:
-        """The corners, m, from a start with the course of the first leg, rad.
-
-        Raises:
-            ParameterError: the spacing is zero.
-        """
+        """The corners, m, from a start with the course of the first leg, rad. Raises ParameterError if the spacing is zero."""
         d = _checked("expanding_square.spacing", self.spacing)
         along, found = cmath.exp(1j * course), [start]
         for leg in range(self.legs):
@@ -71,11 +67,7 @@ class SpiralParameters:
     speed: float = _speed()
 
     def places(self, start: complex, course: float) -> list[complex]:
-        """Points of the spiral, m, from a start with the course there, rad.
-
-        Raises:
-            ParameterError: the spacing is zero.
-        """
+        """Points of the spiral, m, from a start with the course there, rad. Raises ParameterError if the spacing is zero."""
         side = math.copysign(1.0, self.spacing)
         d = _checked("spiral.spacing", self.spacing)
         # At the beginning the course is ahead of the tangent of the circle by the angle at which the radius grows.

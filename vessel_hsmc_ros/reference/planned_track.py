@@ -30,8 +30,7 @@ STEPS, LEAST_SLOPE = 12, 0.25
 FINE = 0.1
 """Largest distance between two positions with which a leg is compared, relative to that within which it counts as passed."""
 
-FARTHEST = 0.5
-"""How far from s_p the nearest point is sought, in terms of the smallest radius of curvature."""
+FARTHEST = 0.5  # how far from s_p the nearest point is sought, in terms of the smallest radius of curvature
 
 
 class Stretch(NamedTuple):
@@ -44,19 +43,12 @@ class Stretch(NamedTuple):
 
 
 class PlannedTrack(NamedTuple):
-    """A plan.
+    """A plan."""
 
-    Attributes:
-        stretches: In their order.
-        waypoints: m; for a survey the ends of its legs.
-        near: Distance within which a point of a leg counts as passed, m.
-        waits: Whether its clock waits for the vessel.
-    """
-
-    stretches: tuple[Stretch, ...]
-    waypoints: tuple[complex, ...]
-    near: float
-    waits: bool = False
+    stretches: tuple[Stretch, ...]  # in their order
+    waypoints: tuple[complex, ...]  # m; for a survey the ends of its legs
+    near: float  # distance within which a point of a leg counts as passed, m
+    waits: bool = False  # whether its clock waits for the vessel
 
 
 def stretch(route: Route, profile: SpeedProfile, begin: float) -> Stretch:
@@ -89,10 +81,7 @@ def _is_leg(element: Element) -> bool:
 def clock(track: PlannedTrack, time: Array, reference: Array) -> Array:
     """The times of a plan at those of a run, (n,) s: others where its clock waits, found by the way of the reference.
 
-    Args:
-        track: The plan.
-        time: Times since the reference began, (n,) s.
-        reference: x, y of the reference, (n, 2) m.
+    `time`: times since the reference began, (n,) s. `reference`: x, y of the reference, (n, 2) m.
     """
     if not track.waits:
         return time
@@ -110,10 +99,7 @@ def clock(track: PlannedTrack, time: Array, reference: Array) -> Array:
 def track_errors(track: PlannedTrack, time: Array, position: Array) -> TrackErrors:
     """Cross-track and along-track errors of a ship.
 
-    Args:
-        track: The plan.
-        time: Times since the reference began, (n,) s.
-        position: x, y of the ship, (n, 2) m.
+    `time`: times since the reference began, (n,) s. `position`: x, y of the ship, (n, 2) m.
     """
     n = len(time)
     found = TrackErrors(np.full(n, NO_LEG, np.int64), np.zeros(n, np.bool_), np.full(n, np.nan), np.full(n, np.nan))
@@ -130,10 +116,7 @@ def track_errors(track: PlannedTrack, time: Array, position: Array) -> TrackErro
 def passed(track: PlannedTrack, time: float, position: Array) -> dict[int, tuple[float, float]]:
     """How much of each leg was passed near enough, by its number: that length, and the length planned until a time, m.
 
-    Args:
-        track: The plan.
-        time: Since the reference began, s.
-        position: x, y of the ship, (n, 2) m.
+    `time`: since the reference began, s. `position`: x, y of the ship, (n, 2) m.
     """
     p = position[:, 0] + 1j * position[:, 1]
     longest = float(np.abs(np.diff(p)).max(initial=0.0))

@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
-ROUNDING = 1e-9
-"""A width that exceeds a whole number of spacings by less, relative to a spacing, does not take another leg."""
+ROUNDING = 1e-9  # a width that exceeds a whole number of spacings by less, relative to a spacing, does not take another leg
 
 
 class Strip(NamedTuple):
@@ -28,19 +27,12 @@ class Strip(NamedTuple):
 
 
 class PolygonLegs(NamedTuple):
-    """The legs of a polygon.
+    """The legs of a polygon."""
 
-    Attributes:
-        strips: In their order.
-        spacing: Between two, m, positive to port.
-        begin: Where the first begins, m.
-        course: Of the first, rad.
-    """
-
-    strips: tuple[Strip, ...]
-    spacing: float
-    begin: complex
-    course: float
+    strips: tuple[Strip, ...]  # in their order
+    spacing: float  # between two, m, positive to port
+    begin: complex  # where the first begins, m
+    course: float  # of the first, rad
 
 
 def polygon_legs(corners: tuple[float, ...], heading: float, spacing: float, here: complex, name: str) -> PolygonLegs:
@@ -73,8 +65,7 @@ def polygon_legs(corners: tuple[float, ...], heading: float, spacing: float, her
 def _span(local: Sequence[complex], low: float, high: float, name: str) -> tuple[float, float]:
     """From where to where a polygon is in a strip.
 
-    Raises:
-        ParameterError: the middle of the strip leaves the polygon and comes back to it.
+    Raises ParameterError if the middle of the strip leaves the polygon and comes back to it.
     """
     sides = [*zip(local, [*local[1:], local[0]], strict=True)]
     found = [p.real for p in local if low <= p.imag <= high]

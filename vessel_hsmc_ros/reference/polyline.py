@@ -20,38 +20,24 @@ RUN_UP = 0.25
 """Share of a leg from or to rest that corners leave free, for the change of speed. A corner that takes nearly all of a leg from
 rest is sailed at the little speed that is reached before it: without this share, some routes take many times as long."""
 
-SLOWER, RUNGS = 0.95, 80
-"""Ratio of the speeds at which a corner is tried, and their number."""
-
+SLOWER, RUNGS = 0.95, 80  # ratio of the speeds at which a corner is tried, and their number
 SMALLER, RADII = 0.8, 12
 """Ratio of the radii of which the first that fits is named where a corner has no room, and their number."""
 
-SHORTEST = 1e-9
-"""A leg between two corners that is shorter than this share of it is left out."""
+SHORTEST = 1e-9  # a leg between two corners that is shorter than this share of it is left out
 
 
 class Waypoint(NamedTuple):
-    """A waypoint.
+    """A waypoint."""
 
-    Attributes:
-        position: Where it is, m.
-        corner: THROUGH, OVER or STOP.
-        speed: On the leg to it, m/s.
-        passed: Points near the leg to it that were left out, m.
-        turning: Its own turn; None for the smallest at the speed of its legs.
-        number: From 1 on, among those that were given.
-        hold: Time at rest there, s; a waypoint with a hold is a stop.
-        heading: At rest there, rad; None for any.
-    """
-
-    position: complex
-    corner: str
-    speed: float
-    passed: tuple[complex, ...] = ()
-    turning: Turning | None = None
-    number: int = 1
-    hold: float = 0.0
-    heading: float | None = None
+    position: complex  # where it is, m
+    corner: str  # THROUGH, OVER or STOP
+    speed: float  # on the leg to it, m/s
+    passed: tuple[complex, ...] = ()  # points near the leg to it that were left out, m
+    turning: Turning | None = None  # its own turn; None for the smallest at the speed of its legs
+    number: int = 1  # from 1 on, among those that were given
+    hold: float = 0.0  # time at rest there, s; a waypoint with a hold is a stop
+    heading: float | None = None  # at rest there, rad; None for any
 
 
 class Part(NamedTuple):
@@ -62,19 +48,12 @@ class Part(NamedTuple):
 
 
 class Ship(NamedTuple):
-    """Whose path it is.
+    """Whose path it is."""
 
-    Attributes:
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-        radius: Of all corners, m; 0 for the smallest.
-        owner: Name of the mode, for error messages.
-    """
-
-    vessel: Vessel
-    limits: TravelLimits
-    radius: float
-    owner: str
+    vessel: Vessel  # coefficients of the hull
+    limits: TravelLimits  # limits of the motion
+    radius: float  # of all corners, m; 0 for the smallest
+    owner: str  # name of the mode, for error messages
 
 
 Planned = tuple[list[Element], list[Section]]
@@ -83,8 +62,7 @@ Planned = tuple[list[Element], list[Section]]
 def fitted_turning(speed: float, ship: Ship) -> Turning:
     """The turn of the ship's corners at a speed, or slower where she needs it.
 
-    Raises:
-        ParameterError: there is none within the limits; the message contains what would do.
+    Raises ParameterError if there is none within the limits; the message contains what would do.
     """
     try:
         if ship.radius:
@@ -101,11 +79,7 @@ def fitted_turning(speed: float, ship: Ship) -> Turning:
 def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Planned:
     """The beginning under way, as `corners.join` makes it: at the present speed, then at that of the turn.
 
-    Args:
-        before: Decay of the curvature, and the way on which the speed changes.
-        bend: The turn.
-        speed: Present speed, m/s.
-        turning: With the speed of the turn.
+    `before`: decay of the curvature, and the way on which the speed changes. `speed`: present speed, m/s.
     """
     elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, CONSTANT)]
     if before[1:]:
@@ -120,14 +94,8 @@ def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Plann
 def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) -> Planned:
     """The legs and corners to the last waypoint.
 
-    Args:
-        start: Where the first leg begins, m.
-        part: The waypoints.
-        ship: The ship.
-        under_way: Whether it does not begin at rest.
-
-    Raises:
-        ParameterError: a corner cannot be sailed between its legs; the message contains which, and what would do.
+    `start`: where the first leg begins, m. `under_way`: whether it does not begin at rest. Raises ParameterError if a corner
+    cannot be sailed between its legs; the message contains which, and what would do.
     """
     points = part.points
     ways = [b - a for a, b in zip((start, *(p.position for p in points)), (p.position for p in points), strict=False)]
@@ -150,21 +118,13 @@ def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) ->
 
 
 class _Bend(NamedTuple):
-    """What stands at a waypoint.
+    """What stands at a waypoint."""
 
-    Attributes:
-        number: Of its waypoint.
-        kind: THROUGH or OVER.
-        angle: Change of the course, rad.
-        speed: Of its legs, m/s.
-        turning: As that of the waypoint.
-    """
-
-    number: int
-    kind: str
-    angle: float
-    speed: float
-    turning: Turning | None
+    number: int  # of its waypoint
+    kind: str  # THROUGH or OVER
+    angle: float  # change of the course, rad
+    speed: float  # of its legs, m/s
+    turning: Turning | None  # as that of the waypoint
 
     def corner(self, ship: Ship, slower: float = 1.0) -> tuple[Corner, float]:
         """The corner, and its speed, at a share of the speed."""
@@ -197,8 +157,7 @@ def _corners(part: Part, ways: Sequence[complex], free: Sequence[float], ship: S
 def _fitted(bend: _Bend, before: float, after: float, ship: Ship) -> tuple[Corner, float]:
     """The fastest corner that needs at most so much of the legs before and after it, m.
 
-    Raises:
-        ParameterError: there is none.
+    Raises ParameterError if there is none.
     """
 
     def fits(rung: int) -> bool:

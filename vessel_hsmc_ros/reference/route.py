@@ -24,8 +24,7 @@ ComplexArray = NDArray[np.complex128]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 
-ROUGHLY = 1e-12
-"""A straight part shorter than this share of a turn is left out."""
+ROUGHLY = 1e-12  # a straight part shorter than this share of a turn is left out
 
 
 class Piece(NamedTuple):
@@ -60,13 +59,9 @@ def straight(length: float) -> Pieces:
 def turn(angle: float, radius: float, transition: float) -> Pieces:
     """A turn: a transition from straight to an arc, the arc, and a transition back.
 
-    Args:
-        angle: Change of the course, rad, positive to port.
-        radius: Radius of the arc, m; larger where the angle is too small for both transitions, and there is no arc then.
-        transition: Length of each transition, m.
-
-    Returns:
-        Its pieces, none without an angle.
+    `angle`: change of the course, rad, positive to port. `radius`: radius of the arc, m; larger where the angle is too small
+    for both transitions, and there is no arc then. `transition`: length of each transition, m. Returns its pieces, none without
+    an angle.
     """
     if angle == 0.0:
         return ()
@@ -80,9 +75,7 @@ def turn(angle: float, radius: float, transition: float) -> Pieces:
 class Route:
     """A plane curve of pieces.
 
-    Args:
-        elements: Legs and turns in their order.
-        start: Position x, y [m] and course at the beginning.
+    `start`: position x, y [m] and course at the beginning.
     """
 
     def __init__(self, elements: Sequence[Element], start: tuple[float, float, float]) -> None:

@@ -33,15 +33,11 @@ from vessel_hsmc_ros.reference.speed_profile import SpeedProfile
 
 Array = NDArray[np.float64]
 
-TOLERANCE = 1e-9
-"""Relative residual of the collocation, so small that its choice of instants does not show."""
-
+TOLERANCE = 1e-9  # relative residual of the collocation, so small that its choice of instants does not show
 SMALL_MESH, FINER, LARGEST_MESH = 200_000, 20, 2_000_000
 """The largest number of instants of the collocation: of a short path, in terms of the instants of a longer one, and of any."""
 
-MESH_EXCEEDED = 1
-"""Status of SciPy's solver that has not converged with its largest number of instants."""
-
+MESH_EXCEEDED = 1  # status of SciPy's solver that has not converged with its largest number of instants
 SLOW = 0.02
 """Share of the largest speed below which a change of speed no longer changes the drift angle, which is undefined at rest."""
 
@@ -52,8 +48,7 @@ equation is of a lower order."""
 MESHES = 8
 """Meshes at which the travel is kept: the collocation has its nodes, the middles and two quadrature points between them."""
 
-INSTANT = 1e-3
-"""Step of the difference that gives the second derivative, relative to the time between two instants."""
+INSTANT = 1e-3  # step of the difference that gives the second derivative, relative to the time between two instants
 
 
 class Travel(NamedTuple):
@@ -77,10 +72,7 @@ class DriftOverTime(NamedTuple):
 def travel_at(t: Array, route: Route, profile: SpeedProfile) -> Travel:
     """Where a ship is on a route.
 
-    Args:
-        t: Times, s.
-        route: The route.
-        profile: Its speed along it.
+    `t`: times, s.
     """
     s, W, dW = profile.at(t)
     return Travel(s, W, dW, *route.curvature(s))
@@ -91,17 +83,9 @@ def drift_along(
 ) -> DriftOverTime:
     """The drift angle at some times.
 
-    Args:
-        route: The route.
-        profile: Speed along it.
-        times: From the first to the last instant, resolving turns and changes of speed, shape (n,), s.
-        vessel: Coefficients of the hull, with sway damping.
-        start: Drift angle at the first instant, rad.
-        tolerance: Relative residual of the equation.
-
-    Raises:
-        ParameterError: there is no solution with which the hull moves ahead.
-        InstallationError: SciPy is missing.
+    `times`: from the first to the last instant, resolving turns and changes of speed, shape (n,), s. `vessel`: coefficients of
+    the hull, with sway damping. `start`: drift angle at the first instant, rad. `tolerance`: relative residual of the equation.
+    Raises ParameterError if there is no solution with which the hull moves ahead; InstallationError if SciPy is missing.
     """
     require("scipy")
     from scipy.integrate import solve_bvp  # SciPy's import takes time, and few runs need it

@@ -28,21 +28,13 @@ course between two, rad."""
 
 
 class RouteMotion(NamedTuple):
-    """A motion along a route at some instants.
+    """A motion along a route at some instants."""
 
-    Attributes:
-        times: Instants, shape (n,), s.
-        travel: Where the ship is, and how fast.
-        drift: The drift angle.
-        velocities: Body velocities and accelerations.
-        vessel: Coefficients of the hull.
-    """
-
-    times: Array
-    travel: Travel
-    drift: DriftOverTime
-    velocities: Velocities
-    vessel: Vessel
+    times: Array  # instants, shape (n,), s
+    travel: Travel  # where the ship is, and how fast
+    drift: DriftOverTime  # the drift angle
+    velocities: Velocities  # body velocities and accelerations
+    vessel: Vessel  # coefficients of the hull
 
     def inputs(self, current: float = 0.0) -> tuple[Array, Array]:
         """Surge force [N] and yaw moment [N·m] that the motion takes against a current from ahead, m/s."""
@@ -54,15 +46,8 @@ def motion_along(
 ) -> RouteMotion:
     """The motion of a hull.
 
-    Args:
-        route: The route.
-        profile: Speed along it.
-        vessel: Coefficients of the hull.
-        start: Drift angle at the beginning, rad.
-        tolerance: Relative residual of the equation of the drift angle.
-
-    Raises:
-        ParameterError: there is no drift angle with which the hull moves ahead.
+    `start`: drift angle at the beginning, rad. `tolerance`: relative residual of the equation of the drift angle. Raises
+    ParameterError if there is no drift angle with which the hull moves ahead.
     """
     times = _instants(route, profile)
     drift, travel = drift_along(route, profile, times, vessel, start, tolerance), travel_at(times, route, profile)
@@ -72,10 +57,7 @@ def motion_along(
 def timetable(motion: RouteMotion, route: Route, begin: float) -> Timetable:
     """The motion as a table.
 
-    Args:
-        motion: The motion.
-        route: Its route.
-        begin: Time at which it begins, s.
+    `begin`: time at which it begins, s.
     """
     travel, drift = motion.travel, motion.drift
     p, chi = route.position(travel.s), route.course(travel.s)

@@ -33,9 +33,7 @@ AT_REST = (0.0, 0.0)
 
 REACHED = 1e-9
 
-RESTING = 1e-3
-"""Share of the largest yaw rate below which a ship that has come to the end is at rest."""
-
+RESTING = 1e-3  # share of the largest yaw rate below which a ship that has come to the end is at rest
 ATTEMPTS, SLOWER, GENTLER = 24, 0.95, 0.7
 """Attempts to keep all limits, and what reduces the speed of a turn and the acceleration from one to the next."""
 
@@ -50,16 +48,8 @@ def sail(
 ) -> Sailing:
     """Sail a route to rest.
 
-    Args:
-        owner: Name of the mode, for the error message.
-        route: The route.
-        sections: Its elements with their largest speeds.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-        start: Speed [m/s] and drift angle at the beginning.
-
-    Raises:
-        ParameterError: a limit is exceeded, or the ship cannot slow down in time; the message contains where, demand and limit.
+    `owner`: name of the mode, for the error message. `start`: speed [m/s] and drift angle at the beginning. Raises
+    ParameterError if a limit is exceeded, or the ship cannot slow down in time; the message contains where, demand and limit.
     """
     top = max(section.speed for section in sections)
     acceleration = largest_acceleration(top, vessel, limits)

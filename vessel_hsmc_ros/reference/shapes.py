@@ -13,9 +13,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.reference.curves import CORNER_EXTENT, Arc, Curve, FigureEight, Square
 
-SMALLEST = 0.01
-"""Smallest magnitude of a size, m."""
-
+SMALLEST = 0.01  # smallest magnitude of a size, m
 DEFAULT_CORNER, SHARPEST_CORNER = 0.2, 0.002
 """Radius of a corner in multiples of the side: by default, and the smallest that the solution of the drift angle resolves."""
 
@@ -72,11 +70,7 @@ class CircleParameters:
     rise_time: float = rise_time()
 
     def shape(self) -> Shape:
-        """The circle.
-
-        Raises:
-            ParameterError: the radius is zero.
-        """
+        """The circle. Raises ParameterError if the radius is zero."""
         radius = _checked("circle.radius", self.radius)
         return Shape(Arc(1.0 / radius), math.copysign(1.0, self.radius), f"radius {radius:g} m")
 
@@ -90,11 +84,7 @@ class FigureEightParameters:
     rise_time: float = rise_time()
 
     def shape(self) -> Shape:
-        """The figure eight.
-
-        Raises:
-            ParameterError: the length is zero.
-        """
+        """The figure eight. Raises ParameterError if the length is zero."""
         length = _checked("figure_eight.length", self.length)
         return Shape(FigureEight(length), math.copysign(1.0, self.length), f"length {length:g} m")
 
@@ -111,11 +101,7 @@ class SquareParameters:
     rise_time: float = rise_time()
 
     def shape(self) -> Shape:
-        """The square.
-
-        Raises:
-            ParameterError: the side is zero, or the corners are too large or too small for it.
-        """
+        """The square. Raises ParameterError if the side is zero, or the corners are too large or too small for it."""
         side = _checked("square.side", self.side)
         radius = self.corner_radius or DEFAULT_CORNER * side
         low, high = SHARPEST_CORNER * side, 0.5 * side / CORNER_EXTENT

@@ -20,20 +20,14 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-RISE = 0.25
-"""Share of a change of speed in which its acceleration rises, and falls."""
-
-SMALL = 0.5
-"""Change of speed, relative to the largest speed, below which the jerk limits it and not the acceleration."""
-
+RISE = 0.25  # share of a change of speed in which its acceleration rises, and falls
+SMALL = 0.5  # change of speed, relative to the largest speed, below which the jerk limits it and not the acceleration
 BISECTIONS = 60
 
-ROUNDING = 1.0 - 1e-9
-"""Share of the largest acceleration that is used, so that it is not exceeded by rounding."""
+ROUNDING = 1.0 - 1e-9  # share of the largest acceleration that is used, so that it is not exceeded by rounding
 
 
-CONSTANT, FREE = 0.0, 1.0
-"""Shares of the acceleration in sections of constant speed, and on legs."""
+CONSTANT, FREE = 0.0, 1.0  # shares of the acceleration in sections of constant speed, and on legs
 
 
 class Section(NamedTuple):
@@ -85,9 +79,7 @@ class Changes(NamedTuple):
 def changes_of(acceleration: float, top: float) -> Changes:
     """The changes of speed of a route.
 
-    Args:
-        acceleration: Largest magnitude, m/s².
-        top: Largest speed, m/s.
+    `acceleration`: largest magnitude, m/s². `top`: largest speed, m/s.
     """
     return Changes(ROUNDING * acceleration * (1.0 - RISE), top)
 
@@ -95,10 +87,7 @@ def changes_of(acceleration: float, top: float) -> Changes:
 def phases(sections: Sequence[Section], acceleration: float, start: float = 0.0, end: float = 0.0) -> list[Phase]:
     """The phases of the fastest travel.
 
-    Args:
-        sections: Parts of the route in their order.
-        acceleration: Largest magnitude, m/s².
-        start, end: Speeds at the two ends of the route, m/s.
+    `acceleration`: largest magnitude, m/s². `start`, `end`: speeds at the two ends of the route, m/s.
     """
     changes = changes_of(acceleration, max(start, *(section.speed for section in sections)))
     speeds = _at_ends(sections, changes, start, end)
@@ -142,11 +131,7 @@ def _leg(section: Section, begin: float, end: float, changes: Changes) -> list[P
 
 
 class SpeedProfile:
-    """The arc length as a function of time.
-
-    Args:
-        parts: Phases in their order.
-    """
+    """The arc length as a function of time."""
 
     def __init__(self, parts: Sequence[Phase]) -> None:
         self._tau, self._begin, self._end = np.array(parts, np.float64).T

@@ -25,17 +25,11 @@ ALONG = math.cos(math.radians(60.0))
 
 
 class Scale(NamedTuple):
-    """Lengths of a vessel, m.
+    """Lengths of a vessel, m."""
 
-    Attributes:
-        tolerance: How far points that are left out may be from their leg.
-        reach: How far off a leg the vessel may be to be on it.
-        turn: Way in which it turns to a point under way; 0 at rest.
-    """
-
-    tolerance: float
-    reach: float
-    turn: float
+    tolerance: float  # how far points that are left out may be from their leg
+    reach: float  # how far off a leg the vessel may be to be on it
+    turn: float  # way in which it turns to a point under way; 0 at rest
 
 
 def apart(points: Points, line: Points) -> NDArray[np.float64]:
@@ -51,10 +45,7 @@ def apart(points: Points, line: Points) -> NDArray[np.float64]:
 def thinned(start: complex, points: Sequence[Waypoint], tolerance: float) -> list[Waypoint]:
     """The waypoints that are needed; each has those that were left out on the leg to it.
 
-    Args:
-        start: Where the first leg begins, m.
-        points: The waypoints.
-        tolerance: How far those that are left out may be from their leg, m.
+    `start`: where the first leg begins, m. `tolerance`: how far those that are left out may be from their leg, m.
     """
     place = np.array([start, *(point.position for point in points)])
     needed, last = [0], len(points)
@@ -74,11 +65,7 @@ def thinned(start: complex, points: Sequence[Waypoint], tolerance: float) -> lis
 def ahead(points: Sequence[Waypoint], here: complex, course: float, scale: Scale) -> list[Waypoint]:
     """The waypoints to which a vessel on the first leg has to go: not those behind it, and under way not those next to it.
 
-    Args:
-        points: The waypoints, repetitions left out.
-        here: Position of the vessel, m.
-        course: Its course, or its heading at rest, rad.
-        scale: Lengths of the vessel.
+    `here`: position of the vessel, m. `course`: its course, or its heading at rest, rad.
     """
     left = list(points)
     while len(left) > 1 and left[0].corner == THROUGH:

@@ -21,15 +21,10 @@ Array = NDArray[np.float64]
 
 
 class Timetable(NamedTuple):
-    """A motion over time.
+    """A motion over time."""
 
-    Attributes:
-        times: Increasing times, shape (n,), s.
-        rows: x, y, psi, their first and their second derivatives, shape (n, 9).
-    """
-
-    times: Array
-    rows: Array
+    times: Array  # increasing times, shape (n,), s
+    rows: Array  # x, y, psi, their first and their second derivatives, shape (n, 9)
 
 
 def joined(tables: Sequence[Timetable]) -> Timetable:
@@ -50,10 +45,7 @@ def later(table: Timetable, delay: float) -> Timetable:
 def blended(table: Timetable, row: Array, duration: float) -> Timetable:
     """A table that begins with a given row: the difference decays along a polynomial of the fifth degree.
 
-    Args:
-        table: The motion.
-        row: Its first row as it must be, shape (9,).
-        duration: Time in which the difference decays, s.
+    `row`: its first row as it must be, shape (9,). `duration`: time in which the difference decays, s.
     """
     offset, rows = row - table.rows[0], table.rows.copy()
     elapsed = table.times - table.times[0]
@@ -81,10 +73,7 @@ class TimetableMemory(NamedTuple):
 def quintic(a: tuple[float, float, float], b: tuple[float, float, float], h: float, z: float) -> tuple[float, float, float]:
     """The polynomial of the fifth degree between two points: value, first and second derivative.
 
-    Args:
-        a, b: Value, first and second derivative at its two ends.
-        h: Time between these, s.
-        z: Where, from 0 to 1.
+    `a`, `b`: value, first and second derivative at its two ends. `h`: time between these, s. `z`: where, from 0 to 1.
     """
     v, w, k = a[1] * h, b[1] * h, 0.5 * a[2] * h * h
     # Rests at z = 1 of the Taylor polynomial at z = 0: of value, slope and half the second derivative.
@@ -106,9 +95,7 @@ def column(rows: Array, i: int, j: int) -> tuple[float, float, float]:
 def motion_at(time: float, table: Timetable) -> tuple[Motion, Acceleration]:
     """State, and the derivatives of its velocities; before the first and after the last time the ship is at rest.
 
-    Args:
-        time: Time, s.
-        table: The motion.
+    `time`: time, s.
     """
     i, last = passed(table.times, time) - 1, len(table.times) - 1
     if i < 0 or i >= last:
@@ -149,10 +136,7 @@ def follow(m: TimetableMemory, c: TimetableConstants, rows: Array) -> None:
 class TimetableReference(KernelReference):
     """A motion that is known ahead, in discrete time.
 
-    Args:
-        table: The motion.
-        track: Its geometry.
-        period: Length of a step, s.
+    `period`: length of a step, s.
     """
 
     move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)

@@ -24,20 +24,10 @@ def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
 def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, compiled: Compiler = interpreted) -> Array:
     """The motion of a reference at its published instants 0 to count - 1, bit-identical to stepping it.
 
-    One that follows its vessel has the motion of its timetable, as if the vessel were never behind.
-
-    Args:
-        parameters: Parameters of the node reference_ship.
-        rate_hz: Rate at which it is published, Hz.
-        count: Number of instants.
-        compiled: Compiles a kernel; interpreted by default.
-
-    Returns:
-        x, y, psi (not wrapped), u, v, r, du, dv, dr, shape (count, 9).
-
-    Raises:
-        ParameterError: as for `make_reference`.
-        SimulationError: the motion is no longer finite.
+    One that follows its vessel has the motion of its timetable, as if the vessel were never behind. `rate_hz`: rate at which it
+    is published, Hz. `count`: number of instants. `compiled`: compiles a kernel; interpreted by default. Returns x, y, psi (not
+    wrapped), u, v, r, du, dv, dr, shape (count, 9). Raises ParameterError as for `make_reference`; SimulationError if the
+    motion is no longer finite.
     """
     reference = make_reference(replace(parameters, follow="time"), RateGrid(rate_hz).period)
     rows = np.full((count, 9), np.nan)

@@ -24,35 +24,24 @@ from vessel_hsmc_ros.reference.speed_profile import Phase, SpeedProfile
 LARGEST_SHARE = 0.7
 """Largest share of surge force and yaw moment that a turn takes in calm water: the rest is for wind and for catching up."""
 
-LARGEST_DRIFT = math.radians(20.0)
-"""Largest drift angle of a steady turn, rad."""
-
+LARGEST_DRIFT = math.radians(20.0)  # largest drift angle of a steady turn, rad
 STEADY_SHARE = 0.85
 """Share of the limits that the steady part of a turn takes, so that there are transitions that stay within them."""
 
-WIDER, LONGER, SLOWER = 1.1, 1.2, 0.97
-"""Steps in which a turn becomes wider, its transitions longer, and its speed less."""
-
-TOO_WIDE = 1.3
-"""A radius so many times that of a turn one step of the speed slower is not worth the speed."""
-
+WIDER, LONGER, SLOWER = 1.1, 1.2, 0.97  # steps in which a turn becomes wider, its transitions longer, and its speed less
+TOO_WIDE = 1.3  # a radius so many times that of a turn one step of the speed slower is not worth the speed
 MAX_LENGTH_RATIO = 200.0
 """Largest radius, in terms of the smallest one that the yaw rate allows, and largest transition, in terms of the radius."""
 
-SLOWEST = 0.02
-"""Smallest share of the speed at which a turn is sought."""
-
-RESOLVED = 0.997
-"""Share of the limits up to which peaks between two instants of a motion are below them as well."""
-
+SLOWEST = 0.02  # smallest share of the speed at which a turn is sought
+RESOLVED = 0.997  # share of the limits up to which peaks between two instants of a motion are below them as well
 BISECTIONS = 30
 
 TRIED, TRIED_SHARE = 1e-4, 0.997
 """Relative residual of the drift angle of a turn that is tried, and the share of yaw rate and acceleration that it may take: in a
 path the drift angle is exact, other instants are compared, and a peak is by up to 0.1 % larger."""
 
-RUN_UP = 4.0
-"""Length of the legs before and after the turn that is tried, in transitions."""
+RUN_UP = 4.0  # length of the legs before and after the turn that is tried, in transitions
 
 
 class TravelLimits(NamedTuple):
@@ -91,11 +80,8 @@ class Excess(NamedTuple):
 def steady_demand(curvature: float, speed: float, vessel: Vessel, current: float) -> Demand:
     """What a steady turn or a straight line takes through the water, against the current.
 
-    Args:
-        curvature: Of the route over ground, 1/m.
-        speed: Over ground, m/s.
-        vessel: Coefficients of the hull.
-        current: Speed of the current that is allowed for, m/s.
+    `curvature`: of the route over ground, 1/m. `speed`: over ground, m/s. `current`: speed of the current that is allowed for,
+    m/s.
     """
     through = speed + current
     # The yaw rate is that over ground.
@@ -118,14 +104,7 @@ def turning_at(speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
     """The tightest turn at a speed, or at the largest speed below it at which the ship can turn.
 
     Near the top speed a turn takes force that is not left, so that its radius is many times that of one a little slower.
-
-    Args:
-        speed: Speed over ground, m/s.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-
-    Raises:
-        ParameterError: there is none.
+    `speed`: speed over ground, m/s. Raises ParameterError if there is none.
     """
     slower = speed
     while slower >= SLOWEST * speed:
@@ -151,14 +130,7 @@ def _smallest_radius(speed: float, vessel: Vessel, limits: TravelLimits) -> floa
 def turning_with(radius: float, speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
     """The fastest turn with a radius.
 
-    Args:
-        radius: m.
-        speed: Largest speed over ground, m/s.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-
-    Raises:
-        ParameterError: there is none.
+    `radius`: m. `speed`: largest speed over ground, m/s. Raises ParameterError if there is none.
     """
     slower = speed
     while slower >= SLOWEST * speed:
@@ -177,14 +149,8 @@ def largest_acceleration(speed: float, vessel: Vessel, limits: TravelLimits) -> 
 def check_straight(name: str, speed: float, vessel: Vessel, limits: TravelLimits) -> None:
     """Check that a ship can keep a speed on a leg.
 
-    Args:
-        name: Of the parameter, for the error message.
-        speed: Speed over ground, m/s.
-        vessel: Coefficients of the hull.
-        limits: Limits of the motion.
-
-    Raises:
-        ParameterError: it takes more than LARGEST_SHARE of the surge force.
+    `name`: of the parameter, for the error message. `speed`: speed over ground, m/s. Raises ParameterError if it takes more
+    than LARGEST_SHARE of the surge force.
     """
     if sustained(speed, vessel, limits):
         return
@@ -204,10 +170,7 @@ def check_straight(name: str, speed: float, vessel: Vessel, limits: TravelLimits
 def excesses(motion: RouteMotion, limits: TravelLimits, share: float = 1.0) -> list[Excess]:
     """What a motion takes beyond the limits.
 
-    Args:
-        motion: The motion over ground.
-        limits: Its limits.
-        share: Of surge force and yaw moment.
+    `motion`: the motion over ground. `share`: of surge force and yaw moment.
     """
     surge, yaw = motion.inputs(limits.current)
     r, dr, s = motion.velocities.r, motion.velocities.dr, motion.travel.s
@@ -228,11 +191,7 @@ def excesses(motion: RouteMotion, limits: TravelLimits, share: float = 1.0) -> l
 
 
 def _transition(speed: float, radius: float, vessel: Vessel, limits: TravelLimits) -> float:
-    """The length of the transitions of a turn, m.
-
-    Raises:
-        ParameterError: none is found that is within the limits.
-    """
+    """The length of the transitions of a turn, m. Raises ParameterError if none is found that is within the limits."""
     # The largest slope of the curvature in a transition of the length c is 1.5/(R·c).
     transition = max(1.5 * speed * speed / (radius * limits.yaw_acceleration), radius / MAX_LENGTH_RATIO)
     bounds = limits._replace(yaw_rate=TRIED_SHARE * limits.yaw_rate, yaw_acceleration=TRIED_SHARE * limits.yaw_acceleration)

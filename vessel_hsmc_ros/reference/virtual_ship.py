@@ -113,9 +113,7 @@ def follow(m: ShipMemory, c: ShipConstants, rows: Array) -> None:
 class ReferenceShip(KernelReference):
     """The virtual ship (8) in discrete time.
 
-    Args:
-        parameters: Parameters of the virtual ship.
-        period: Time between two published states, s.
+    `period`: time between two published states, s.
 
     Raises:
         ParameterError: times and values of an input differ in number, or the times do not increase.
@@ -141,8 +139,7 @@ class ReferenceShip(KernelReference):
     def retune(self, parameters: VirtualShipParameters) -> None:
         """Take changed inputs from the next step on; the phase of a sine whose frequency changes is continuous.
 
-        Raises:
-            ParameterError: the times of an input's programme do not fit its values.
+        Raises ParameterError if the times of an input's programme do not fit its values.
         """
         old, m = self.constants, self.memory
         self._take(parameters)
@@ -153,11 +150,7 @@ class ReferenceShip(KernelReference):
         self.memory = m._replace(offset=(surge, yaw))
 
     def advance(self) -> None:
-        """Advance by one period under the inputs at its beginning.
-
-        Raises:
-            SimulationError: the motion is no longer finite.
-        """
+        """Advance by one period under the inputs at its beginning. Raises SimulationError if the motion is no longer finite."""
         before = self.memory
         with suppress(ValueError):  # the cosine of an infinite heading
             self.memory = move(before, self.constants)

@@ -29,83 +29,53 @@ class Endpoint(NamedTuple):
 
 
 class Topic(NamedTuple):
-    """A topic as it was observed.
+    """A topic as it was observed."""
 
-    Attributes:
-        name: Its full name.
-        publishers, readers: Its endpoints.
-        received: Times of receipt on the clock of the nodes, s, (n,).
-        columns: What its messages contain, by names that all forms share: stamp, frame, child, x, y, psi, u, v, r, ... (n,).
-    """
-
-    name: str
+    name: str  # its full name
+    # publishers, readers: its endpoints
     publishers: tuple[Endpoint, ...] = ()
     readers: tuple[Endpoint, ...] = ()
-    received: Array = np.empty(0)
+    received: Array = np.empty(0)  # times of receipt on the clock of the nodes, s, (n,)
+    # what its messages contain, by names that all forms share: stamp, frame, child, x, y, psi, u, v, r, ... (n,)
     columns: Mapping[str, Array] = {}
 
 
-EULER = "euler angles"
-"""The role of an IMU whose driver publishes roll, pitch and yaw in degrees in place of the quaternion."""
+EULER = "euler angles"  # the role of an IMU whose driver publishes roll, pitch and yaw in degrees in place of the quaternion
 
 
 class Role(NamedTuple):
-    """A topic that the connection needs.
+    """A topic that the connection needs."""
 
-    Attributes:
-        name: What it is: odometry, pose, twist, reference, command, fix, imu, ...
-        topic: Its full name.
-        kinds: The message types that it may have.
-        is_input: Whether a node of this package reads it; else it writes it, and the stack reads it.
-        frames, child_frames: Those that it may have; empty for any.
-        timeout: Time without a message from which on it counts as lost, s.
-        own: The name of the topic before remapping.
-    """
-
-    name: str
-    topic: str
-    kinds: tuple[str, ...]
-    is_input: bool
+    name: str  # what it is: odometry, pose, twist, reference, command, fix, imu, ..
+    topic: str  # its full name
+    kinds: tuple[str, ...]  # the message types that it may have
+    is_input: bool  # whether a node of this package reads it; else it writes it, and the stack reads it
+    # frames, child_frames: those that it may have; empty for any
     frames: tuple[str, ...] = ()
     child_frames: tuple[str, ...] = ()
-    timeout: float = 0.5
-    own: str = ""
+    timeout: float = 0.5  # time without a message from which on it counts as lost, s
+    own: str = ""  # the name of the topic before remapping
 
 
 class Connection(NamedTuple):
-    """A connection as it was observed.
+    """A connection as it was observed."""
 
-    Attributes:
-        roles: What it needs.
-        topics: All topics by their full names.
-        twist_frame: Frame of the measured velocities: child, or parent.
-        length: Of the ship, m.
-        noise: Declared standard deviations of a sample of the position, m, and of the heading, rad.
-        inertias: Its declared surge and yaw inertia, kg and kg·m²; nan where they are not known.
-        future: Time by which stamps may be ahead, s.
-        covariance_limit: Largest variance of a position, m².
-        is_live: Whether nodes are running; a bag shows no subscriptions.
-        uses_observer: Whether the controller estimates the velocities itself.
-        simulated: The nodes that keep to /clock.
-        events: Kinds of the events of the nodes.
-        reasons: Names of the reasons for which the controller has left the law.
-        statuses: Level and text of the nodes' diagnostics that are not OK, by node.
-    """
-
-    roles: tuple[Role, ...]
-    topics: Mapping[str, Topic] = {}
-    twist_frame: str = "child"
-    length: float = 1.0
+    roles: tuple[Role, ...]  # what it needs
+    topics: Mapping[str, Topic] = {}  # all topics by their full names
+    twist_frame: str = "child"  # frame of the measured velocities: child, or parent
+    length: float = 1.0  # of the ship, m
+    # declared standard deviations of a sample of the position, m, and of the heading, rad
     noise: tuple[float, float] = (0.0, 0.0)
+    # its declared surge and yaw inertia, kg and kg·m²; nan where they are not known
     inertias: tuple[float, float] = (np.nan, np.nan)
-    future: float = 0.1
-    covariance_limit: float = np.inf
-    is_live: bool = True
-    uses_observer: bool = False
-    simulated: tuple[str, ...] = ()
-    events: tuple[str, ...] = ()
-    reasons: tuple[str, ...] = ()
-    statuses: Mapping[str, tuple[str, str]] = {}
+    future: float = 0.1  # time by which stamps may be ahead, s
+    covariance_limit: float = np.inf  # largest variance of a position, m²
+    is_live: bool = True  # whether nodes are running; a bag shows no subscriptions
+    uses_observer: bool = False  # whether the controller estimates the velocities itself
+    simulated: tuple[str, ...] = ()  # the nodes that keep to /clock
+    events: tuple[str, ...] = ()  # kinds of the events of the nodes
+    reasons: tuple[str, ...] = ()  # names of the reasons for which the controller has left the law
+    statuses: Mapping[str, tuple[str, str]] = {}  # level and text of the nodes' diagnostics that are not OK, by node
 
     def topic(self, role: Role) -> Topic:
         """The topic of a role; an empty one if it does not exist."""

@@ -15,12 +15,8 @@ from vessel_hsmc_ros.safety.motion_rules import judge_motion
 from vessel_hsmc_ros.safety.sign_rules import judge_signs
 from vessel_hsmc_ros.safety.stamp_rules import clock_step, judge_stamps
 
-LEAST_RATE = 5.0
-"""Rate of the state down to which the loop steers, Hz (benchmarks/boats.py)."""
-
-STATE = ("x", "y", "psi", "u", "v", "r", "latitude", "longitude", "value")
-"""The columns that must be finite."""
-
+LEAST_RATE = 5.0  # rate of the state down to which the loop steers, Hz (benchmarks/boats.py)
+STATE = ("x", "y", "psi", "u", "v", "r", "latitude", "longitude", "value")  # the columns that must be finite
 UNCERTAIN = 10.0
 """Standard deviation of a position, m, from which on no receiver with a fix has it; on ships that are longer, their length."""
 
@@ -193,8 +189,7 @@ def _unique(topic: Topic, column: str) -> list[str]:
     return list(dict.fromkeys(map(str, topic.columns.get(column, ()))))
 
 
-NO_FIX = -1
-"""The status of sensor_msgs/NavSatStatus without a fix; -2 is unknown, which drivers have that do not fill it in."""
+NO_FIX = -1  # the status of sensor_msgs/NavSatStatus without a fix; -2 is unknown, which drivers have that do not fill it in
 
 
 def judge_sensors(connection: Connection) -> Iterator[Finding]:
@@ -254,9 +249,7 @@ def mirrored(fix: Topic, odometry: Topic) -> bool:
     return bool(values[1] > 0.02 * values[0] and np.linalg.det(local @ world.T) < 0.0)
 
 
-OUTPUTS = ("force", "moment", "u", "r", "value")
-"""The columns of commands."""
-
+OUTPUTS = ("force", "moment", "u", "r", "value")  # the columns of commands
 TIMEOUTS = ("OVERDUE", "STAMP_OLD")
 
 

@@ -19,33 +19,15 @@ import numpy as np
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.safety.measured_motion import carried
 
-GRID = 0.1
-"""Interval to which motion and commands are brought, s."""
-
-WIDTHS = (2, 4, 8, 16, 32, 64)
-"""Numbers of intervals over which they are smoothed, until noise does not count."""
-
-LEAST_WIDTHS = 6
-"""Least length of a record, in widths of smoothing."""
-
-NOISE_SHARE = 0.35
-"""Share of the measured accelerations that may be noise."""
-
-LAGS = tuple((lag, dead) for lag in (0.0, 0.6, 1.5) for dead in (0.0, 0.5, 1.0))
-"""Time constants and dead times of drives, s."""
-
-SURE, SURE_PART = 6.0, 2.0
-"""Deviations from which on an effect is certain, in all and in each third of the evidence."""
-
-EXPLAINED = 0.5
-"""Least share of what the equation leaves over that the command explains."""
-
-CLOSE = 1.3
-"""Lags whose residuals are larger by at most this factor fit as well as the best one."""
-
-ACCURACY = 0.02
-"""Share to which the terms of the equation are measured: what is smaller shows nothing."""
-
+GRID = 0.1  # interval to which motion and commands are brought, s
+WIDTHS = (2, 4, 8, 16, 32, 64)  # numbers of intervals over which they are smoothed, until noise does not count
+LEAST_WIDTHS = 6  # least length of a record, in widths of smoothing
+NOISE_SHARE = 0.35  # share of the measured accelerations that may be noise
+LAGS = tuple((lag, dead) for lag in (0.0, 0.6, 1.5) for dead in (0.0, 0.5, 1.0))  # time constants and dead times of drives, s
+SURE, SURE_PART = 6.0, 2.0  # deviations from which on an effect is certain, in all and in each third of the evidence
+EXPLAINED = 0.5  # least share of what the equation leaves over that the command explains
+CLOSE = 1.3  # lags whose residuals are larger by at most this factor fit as well as the best one
+ACCURACY = 0.02  # share to which the terms of the equation are measured: what is smaller shows nothing
 LEAST_FREE = 0.005
 
 LEAST_ROWS = 20
@@ -71,19 +53,12 @@ class Motion(NamedTuple):
 
 
 class Effect(NamedTuple):
-    """What a command does.
+    """What a command does."""
 
-    Attributes:
-        sign: 0 where it is not shown.
-        slope: Acceleration by a unit of the command.
-        deviation: Standard deviation of the slope.
-        explained: Share of what the other terms leave over that the command explains.
-    """
-
-    sign: int
-    slope: float = math.nan
-    deviation: float = math.inf
-    explained: float = 0.0
+    sign: int  # 0 where it is not shown
+    slope: float = math.nan  # acceleration by a unit of the command
+    deviation: float = math.inf  # standard deviation of the slope
+    explained: float = 0.0  # share of what the other terms leave over that the command explains
 
 
 def mean(values: Array, w: int) -> Array:
@@ -112,13 +87,9 @@ def smoothed(poses: Array, w: int) -> Motion:
 def least_smoothed(poses: Array, noise: float, rate: float, k: int) -> Motion | None:
     """The motion, smoothed until noise does not count; None if it always does.
 
-    Second differences of means of m samples over a width W have the variance 6·noise²/(m·W⁴).
-
-    Args:
-        poses: x, y, psi on the grid, (n, 3).
-        noise: Standard deviation of a sample, m or rad.
-        rate: Of the samples, Hz.
-        k: 0 for the rate of surge, 1 for that of yaw.
+    Second differences of means of m samples over a width W have the variance 6·noise²/(m·W⁴). `poses`: x, y, psi on the grid,
+    (n, 3). `noise`: standard deviation of a sample, m or rad. `rate`: of the samples, Hz. `k`: 0 for the rate of surge, 1 for
+    that of yaw.
     """
     for w in WIDTHS:
         width = w * GRID
@@ -153,12 +124,9 @@ def late(command: Array, lag: float, dead: float) -> Array:
 def effect(commands: Sequence[Array], rate: Array, velocity: Array, rest: Array, width: int) -> Effect:
     """The effect of a command on a rate, by the lags with which the equation fits best.
 
-    Args:
-        commands: The command, and others that may act on the rate as well, on the grid, (n,) each.
-        rate: Smoothed, (m,).
-        velocity: That of the rate, which is damped, smoothed, (m,).
-        rest: The other terms of the equation, smoothed, (m, k).
-        width: Intervals of smoothing.
+    `commands`: the command, and others that may act on the rate as well, on the grid, (n,) each. `rate`: smoothed, (m,).
+    `velocity`: that of the rate, which is damped, smoothed, (m,). `rest`: the other terms of the equation, smoothed, (m, k).
+    `width`: number of intervals of smoothing.
     """
     tried = []
     y, fast = rate[::width], float(np.abs(velocity).mean())
@@ -228,13 +196,9 @@ def deviation(scores: Array, free: float) -> float:
 def tracked(command: Array, measured: Array, steady: Array, lags: Sequence[int]) -> int:
     """The sign with which a velocity follows its command over some lags; 0 where one of them or half of the data disagree.
 
-    A steady load, such as a current, moves a boat as well. It must not explain what the velocity has in common with the command,
-    unless that is close to the command itself.
-
-    Args:
-        command, measured: The command and the velocity, smoothed alike, (n,).
-        steady: What a steady load adds to the velocity, by its components, (n, k).
-        lags: Numbers of intervals.
+    A steady load, such as a current, moves a boat as well. It must not explain what the velocity has in common with the
+    command, unless that is close to the command itself. `command`, `measured`: the command and the velocity, smoothed alike,
+    (n,). `steady`: what a steady load adds to the velocity, by its components, (n, k). `lags`: numbers of intervals.
     """
     found = []
     for lag in lags:
@@ -296,8 +260,5 @@ BEYOND, LEAST_CHANGE = 0.5, 0.02
 MOSTLY, LEAST_COMMAND = 0.8, 0.1
 """Share of the time with a command for which both have one sign, and the share of its root mean square from which it is one."""
 
-CLOSE_BY = 0.5
-"""Difference of velocity and command, relative to the velocity, below which no load explains it."""
-
-ONE_SIDED, ALWAYS = 0.95, 0.9
-"""Shares of a force that has one sign, and of the time for which a boat goes the same way."""
+CLOSE_BY = 0.5  # difference of velocity and command, relative to the velocity, below which no load explains it
+ONE_SIDED, ALWAYS = 0.95, 0.9  # shares of a force that has one sign, and of the time for which a boat goes the same way

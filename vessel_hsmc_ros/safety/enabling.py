@@ -6,16 +6,13 @@ from collections.abc import Collection
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.core.kinematics import Motion
 
-LENGTHS = 100.0
-"""Distance of a reference that no one means, in lengths of the vessel, where no parameter sets it."""
+LENGTHS = 100.0  # distance of a reference that no one means, in lengths of the vessel, where no parameter sets it
 
 
 def hull_problem(vessel: object, given: Collection[str]) -> str:
     """Why a vessel is not that of whoever started the controller; empty if it may be.
 
-    Args:
-        vessel: What the law knows of it.
-        given: The dotted names of all parameters that the controller was given.
+    `given`: the dotted names of all parameters that the controller was given.
     """
     papers = {name: text for name, text in kept(vessel).items() if f"vessel.{name}" not in given}
     if another_ship(vessel):
@@ -32,11 +29,7 @@ def hull_problem(vessel: object, given: Collection[str]) -> str:
 def distance_problem(own: Motion, reference: Motion, length: float, limit: float) -> str:
     """Why a reference is not meant for a vessel where it is; empty if it may be.
 
-    Args:
-        own: Measured motion.
-        reference: Desired motion.
-        length: Of the vessel, m.
-        limit: Largest distance, m; negative for LENGTHS.
+    `own`: measured motion. `length`: of the vessel, m. `limit`: largest distance, m; negative for LENGTHS.
     """
     largest = LENGTHS * length if limit < 0.0 else limit
     distance = math.hypot(reference.x - own.x, reference.y - own.y)

@@ -9,17 +9,14 @@ import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 
-FAILSAFE = (5, 6)
-"""System states of HEARTBEAT: critical and emergency."""
+FAILSAFE = (5, 6)  # system states of HEARTBEAT: critical and emergency
 
 
 class Handover:
     """Whether an autopilot is ready for commands, and whether it has been taken over.
 
-    Args:
-        mode: The number of the mode in which it takes commands.
-        timeout: Time without a heartbeat after which it counts as lost, s.
-        named: The name of a mode by its number.
+    `mode`: the number of the mode in which it takes commands. `timeout`: time without a heartbeat after which it counts as
+    lost, s. `named`: the name of a mode by its number.
 
     Attributes:
         taken: Why commands have ended and may not go on; empty while they may.
@@ -35,11 +32,7 @@ class Handover:
     def heartbeat(self, now: float, armed: bool, mode: int, state: int) -> None:
         """Take a heartbeat of the autopilot.
 
-        Args:
-            now: Time of its receipt, s.
-            armed: Whether the motors are armed.
-            mode: The number of the present mode.
-            state: The system state.
+        `now`: time of its receipt, s. `armed`: whether the motors are armed.
         """
         self.check(now)  # a gap before it counts, even if nothing has looked at it in between
         self._heard, self._armed, self._present, self._state = now, armed, mode, state
@@ -84,11 +77,8 @@ class Sticks:
     """Whether a pilot moves a stick, by the pulse widths of the radio's channels that an autopilot reports.
 
     A channel without commands must stay where it was when the controller was enabled. One that commands override must show what
-    was sent within MEMORY, once they have been sent for that long; if it does not, the radio has it.
-
-    Args:
-        channels: Numbers of the channels of the sticks.
-        threshold: Difference that counts as a movement, µs.
+    was sent within MEMORY, once they have been sent for that long; if it does not, the radio has it. `channels`: numbers of the
+    channels of the sticks. `threshold`: difference that counts as a movement, µs.
     """
 
     MEMORY = 1.5
@@ -120,9 +110,8 @@ class Sticks:
     def moved(self, now: float, widths: Sequence[int]) -> str:
         """Which stick has moved; empty if none has.
 
-        Args:
-            now: Time of the report, s.
-            widths: Pulse widths of the channels from 1 on, µs; 0 and 65535 are channels without a signal.
+        `now`: time of the report, s. `widths`: pulse widths of the channels from 1 on, µs; 0 and 65535 are channels without a
+        signal.
         """
         self._forget(now)
         for channel in self._channels:

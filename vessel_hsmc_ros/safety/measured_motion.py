@@ -9,8 +9,7 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.safety.connection import Connection
 from vessel_hsmc_ros.safety.stamp_rules import times_of
 
-BLOCK = 1.0
-"""Length of the blocks whose means are compared, s."""
+BLOCK = 1.0  # length of the blocks whose means are compared, s
 
 
 class Samples(NamedTuple):
@@ -82,11 +81,7 @@ def without_jumps(samples: Samples, least: float, jitter: float) -> tuple[Sample
 
     A step of the positions is a jump where it differs from that of the velocities by some length and by much more than usual.
     Positions that are held, as between the fixes of a receiver that is slower than the odometry, have no usual difference.
-
-    Args:
-        samples: As measured.
-        least: The least jump, m.
-        jitter: How many times the median difference a jump is.
+    `least`: the least jump, m. `jitter`: how many times the median difference a jump is.
     """
     t, motions = samples
     dt = np.diff(t)
@@ -121,8 +116,7 @@ def sample_rate(samples: Samples) -> float:
     return float(max(np.diff(motions[:, :2], axis=0).any(axis=1).sum(), 1)) / float(t[-1] - t[0])
 
 
-CURRENT = 1.5
-"""Speed with which wind and current may carry a boat, m/s."""
+CURRENT = 1.5  # speed with which wind and current may carry a boat, m/s
 
 
 def carried(psi: Array) -> float:

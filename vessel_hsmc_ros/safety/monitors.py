@@ -29,11 +29,8 @@ class Monitor:
     """A condition that may last for a while.
 
     The safe action often ends the condition that caused it. So an alarm that demands it is kept until the condition has been
-    absent for as long as a warning takes; then the law gets another try.
-
-    Args:
-        reason: What the condition means.
-        warning, safe: Times after which it is a warning, and demands the safe action, s.
+    absent for as long as a warning takes; then the law gets another try. `warning`, `safe`: times after which it is a warning,
+    and demands the safe action, s.
 
     Attributes:
         detail: What was found, beyond the reason.
@@ -65,9 +62,7 @@ class Monitor:
 class NotMoving(Monitor):
     """Driven but not moving: a force or moment near its limit does not move the ship, as with a lost or blocked propeller.
 
-    Args:
-        parameters: Bounds and times.
-        limits: Largest surge force and yaw moment, N and N·m.
+    `limits`: largest surge force and yaw moment, N and N·m.
     """
 
     def __init__(self, parameters: MonitorParameters, limits: Pair) -> None:
@@ -78,10 +73,8 @@ class NotMoving(Monitor):
     def step(self, command: Pair, motion: Pair, period: float) -> Alarm:
         """Watch a control period.
 
-        Args:
-            command: Surge force and yaw moment that were commanded, N and N·m.
-            motion: Measured surge speed and yaw rate, m/s and rad/s.
-            period: s.
+        `command`: surge force and yaw moment that were commanded, N and N·m. `motion`: measured surge speed and yaw rate, m/s
+        and rad/s. `period`: s.
         """
         p = self._parameters
         bounds = p.moving_speed, p.moving_yaw_rate
@@ -95,9 +88,7 @@ class NotMoving(Monitor):
 class Saturation(Monitor):
     """A command at one and the same limit; a law that switches between its limits is not saturated.
 
-    Args:
-        parameters: Times.
-        limits: Largest surge force and yaw moment, N and N·m.
+    `limits`: largest surge force and yaw moment, N and N·m.
     """
 
     def __init__(self, parameters: MonitorParameters, limits: Pair) -> None:
@@ -112,11 +103,7 @@ class Saturation(Monitor):
 
 
 class Innovation(Monitor):
-    """Measurements that contradict the estimate of the observer, by its own gate.
-
-    Args:
-        parameters: Times.
-    """
+    """Measurements that contradict the estimate of the observer, by its own gate."""
 
     def __init__(self, parameters: MonitorParameters) -> None:
         super().__init__(Reason.INNOVATION, parameters.innovation_warning, parameters.innovation_safe)
@@ -142,30 +129,21 @@ class _Axis:
 BLOCK, BLOCKS, LEAST = NANOSECONDS, 8, 5
 """Length of a block, ns, and how many are compared: all of the last ones, once there are a few."""
 
-GAP = NANOSECONDS
-"""Longest time between two samples over which velocities are integrated, ns."""
-
+GAP = NANOSECONDS  # longest time between two samples over which velocities are integrated, ns
 ERROR_SHARE, NOISE_DEVIATIONS, SLOW_SPEED = 0.4, 4.0, 0.02
 """An error counts above this share of the velocity, with so many deviations of noise, and the share of sqrt(g·L) that is slow."""
 
 
 class Compared(NamedTuple):
-    """The velocities of a ship by its positions and as measured.
+    """The velocities of a ship by its positions and as measured."""
 
-    Attributes:
-        moved, measured: x, y and psi per second, shape (3,).
-        wrong: Whether they contradict each other.
-        known: Whether the ship moves fast enough for a verdict.
-        about: The quantity that is wrong: 0 for the velocity, 1 for the yaw rate.
-        fits: Whether they agree without an allowance for noise, which a ship that slows down seems to have.
-    """
-
+    # moved, measured: x, y and psi per second, shape (3,)
     moved: Array
     measured: Array
-    wrong: bool
-    known: bool
-    about: int
-    fits: bool = True
+    wrong: bool  # whether they contradict each other
+    known: bool  # whether the ship moves fast enough for a verdict
+    about: int  # the quantity that is wrong: 0 for the velocity, 1 for the yaw rate
+    fits: bool = True  # whether they agree without an allowance for noise, which a ship that slows down seems to have
 
 
 class Velocities(Monitor):
@@ -179,11 +157,7 @@ class Velocities(Monitor):
     the error of the velocity, which neither noise nor a few jumps of the position move.
 
     The safe action ends the motion, so that nothing can be compared any more: an alarm then stays, until a moving ship shows
-    velocities that fit, or until a reset.
-
-    Args:
-        parameters: Times.
-        length: Of the ship, m.
+    velocities that fit, or until a reset. `length`: of the ship, m.
 
     Attributes:
         detail: What contradicts what, and what to look for; empty without an alarm.
@@ -206,10 +180,7 @@ class Velocities(Monitor):
     def step(self, stamp: int, motion: Motion, period: float) -> Alarm:
         """Watch a control period.
 
-        Args:
-            stamp: Time of the measurement, ns; that of the last call where there is no new one.
-            motion: As measured.
-            period: s.
+        `stamp`: time of the measurement, ns; that of the last call where there is no new one. `period`: s.
         """
         if self._last is None or not 0 <= stamp - self._last[0] <= GAP:
             self._begin()
@@ -264,9 +235,8 @@ def in_world(motion: Motion) -> Array:
 def compared(rates: Array, slow: tuple[float, float]) -> Compared:
     """Compare the rates of several blocks.
 
-    Args:
-        rates: Of x, y and psi by the positions and by the velocities, shape (n, 2, 3).
-        slow: Speed and yaw rate below which nothing is concluded, m/s and rad/s.
+    `rates`: of x, y and psi by the positions and by the velocities, shape (n, 2, 3). `slow`: speed and yaw rate below which
+    nothing is concluded, m/s and rad/s.
     """
     moved, measured = np.median(rates, axis=0)
     errors = rates[:, 0] - rates[:, 1]

@@ -46,27 +46,17 @@ def repetition(samples: Samples, command: Topic | None) -> tuple[float, bool]:
 
 LEAST_BLOCKS = 6
 
-ERROR_SHARE = 0.3
-"""Share of the velocity above which an error counts; knots are twice m/s."""
-
+ERROR_SHARE = 0.3  # share of the velocity above which an error counts; knots are twice m/s
 LEAST_SPREAD = 0.1
 """Circular variance of the difference of course and heading from which on the sense of the heading can be seen."""
 
-LARGEST_SPREAD = 0.1
-"""Circular variance above which a sum of course and heading is not constant."""
-
-LONGEST_REPETITION = 2.0
-"""Time for which a moving boat may have one and the same motion, s: that of a slow receiver."""
-
+LARGEST_SPREAD = 0.1  # circular variance above which a sum of course and heading is not constant
+LONGEST_REPETITION = 2.0  # time for which a moving boat may have one and the same motion, s: that of a slow receiver
 JUMP, JITTER = 0.3, 20.0
 """A position jumps where it moves on by this share of the ship's length and so many times the usual error of a step."""
 
-NOISY_JUMP = 9.0
-"""Declared deviations of a position that no noise exceeds from one sample to the next."""
-
-BLURRED = 2.0
-"""Deviations of the noise of blocks that are allowed for."""
-
+NOISY_JUMP = 9.0  # declared deviations of a position that no noise exceeds from one sample to the next
+BLURRED = 2.0  # deviations of the noise of blocks that are allowed for
 LARGEST_DRIFT, QUARTER, ASTERN, STEADY = 60.0, 25.0, 150.0, 0.8
 """Angle between course and heading that no turn makes, how far from a right angle it counts as one, and from where as astern,
 deg; and the resultant above which it is always about the same."""
@@ -131,10 +121,9 @@ def judge_repetition(still: float, moving: bool) -> Finding:
 def contradiction(moved: Array, measured: Array, slow: tuple[float, float], noise: tuple[float, float]) -> Compared:
     """How the velocities differ from the positions, in all and in each half of the data in which the boat moves.
 
-    Args:
-        moved, measured: Rates of x, y and psi by the positions and by the velocities, (m, 3).
-        slow: Speed and yaw rate below which nothing is concluded, m/s and rad/s.
-        noise: Standard deviations of the means of positions and headings over blocks, m and rad.
+    `moved`, `measured`: rates of x, y and psi by the positions and by the velocities, (m, 3). `slow`: speed and yaw rate below
+    which nothing is concluded, m/s and rad/s. `noise`: standard deviations of the means of positions and headings over blocks,
+    m and rad.
     """
     smooth = 0.5 * (moved[1:] + moved[:-1]), 0.5 * (measured[1:] + measured[:-1])  # the noise of positions partly cancels
     half = len(smooth[0]) // 2
@@ -213,9 +202,7 @@ def judge_direction(angle: float, shown: bool, side: int) -> Finding:
 def off_course(ahead: Array, psi: Array) -> bool:
     """Whether a boat moves in another direction than it heads, in all and in each half of the data, and not by a current.
 
-    Args:
-        ahead: Its velocities in its own frame, as complex numbers.
-        psi: Its headings.
+    `ahead`: its velocities in its own frame, as complex numbers.
     """
     half = len(ahead) // 2
     for part in (slice(None), slice(half), slice(half, None)):
@@ -304,11 +291,8 @@ TURNS = {
 def named(samples: Samples, moved: Array, about: int, twist_frame: str = "child") -> str:
     """The hypothesis that fits best, with numbers; empty if none does.
 
-    Args:
-        samples: Measured motions.
-        moved: Rates of x, y and psi by the positions.
-        about: 0 for the velocity, 1 for the yaw rate.
-        twist_frame: Frame of the velocities as declared: child, or parent.
+    `samples`: measured motions. `moved`: rates of x, y and psi by the positions. `about`: 0 for the velocity, 1 for the yaw
+    rate. `twist_frame`: frame of the velocities as declared: child, or parent.
     """
     part = slice(2, 3) if about else slice(0, 2)
 

@@ -130,14 +130,7 @@ class SafetyParameters:
 def check_safety(p: SafetyParameters, law: str, laws: Collection[str], limits: tuple[float, float]) -> None:
     """Check what single declarations cannot: a fallback to another law, alarms in their order, rates that allow the ramp.
 
-    Args:
-        p: The parameters.
-        law: The law in use.
-        laws: The names of all laws.
-        limits: Largest surge force and yaw moment of the vessel, N and N·m.
-
-    Raises:
-        ParameterError: they contradict each other.
+    `limits`: largest surge force and yaw moment of the vessel, N and N·m. Raises ParameterError if they contradict each other.
     """
     if p.action == "fallback":
         others = ", ".join(name for name in laws if name != law)

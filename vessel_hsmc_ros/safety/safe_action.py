@@ -11,17 +11,14 @@ Pair = tuple[float, float]
 
 NO_WRENCH = (0.0, 0.0)
 
-BRAKING_TIME = 5.0
-"""Time constant of the brake, s; longer where a control period is longer."""
+BRAKING_TIME = 5.0  # time constant of the brake, s; longer where a control period is longer
 
 
 def towards(previous: Pair, demand: Pair, rates: Pair, period: float) -> Pair:
     """The command on the way from the previous to the demanded one: |command - previous| <= rate·period in each component.
 
-    Args:
-        previous, demand: Finite commands, N and N·m.
-        rates: Largest changes per second.
-        period: Time since the previous command, s.
+    `previous`, `demand`: finite commands, N and N·m. `rates`: largest changes per second. `period`: time since the previous
+    command, s.
     """
     return (
         _moved(previous[0], demand[0], rates[0] * period),
@@ -40,19 +37,12 @@ def _moved(start: float, end: float, change: float) -> float:
 
 
 class Authority(NamedTuple):
-    """What the ship's actuators can give, and what they move.
+    """What the ship's actuators can give, and what they move."""
 
-    Attributes:
-        limits: Largest surge force and yaw moment, N and N·m.
-        inertia: What they accelerate, kg and kg·m².
-        bounded: Whether the law keeps to the limits; the guard then does too.
-        clips: Whether a command beyond the limits is cut to them instead.
-    """
-
-    limits: Pair
-    inertia: Pair
-    bounded: bool = True
-    clips: bool = False
+    limits: Pair  # largest surge force and yaw moment, N and N·m
+    inertia: Pair  # what they accelerate, kg and kg·m²
+    bounded: bool = True  # whether the law keeps to the limits; the guard then does too
+    clips: bool = False  # whether a command beyond the limits is cut to them instead
 
     def within(self, command: Pair) -> Pair:
         """A finite command within the limits."""
@@ -66,13 +56,8 @@ class Authority(NamedTuple):
 def brake(motion: Pair, authority: Authority, period: float) -> Pair:
     """The wrench against a surge speed u and a yaw rate r: -m·u/t and -m·r/t, within the limits.
 
-    In a control period T it changes the velocity by at most T/t of it. With t >= T it never reverses the motion, so it dissipates
-    energy.
-
-    Args:
-        motion: u and r, m/s and rad/s.
-        authority: Limits and inertia.
-        period: T, s.
+    In a control period T it changes the velocity by at most T/t of it. With t >= T it never reverses the motion, so it
+    dissipates energy. `motion`: u and r, m/s and rad/s. `period`: T, s.
     """
     t = BRAKING_TIME if period < BRAKING_TIME else period
     m = authority.inertia
@@ -94,8 +79,6 @@ def safe_command(
         previous: The command before, within the limits.
         elapsed: Time since the safe action began, s.
         period: s.
-        parameters: Kind of action and its times.
-        authority: Limits and inertia.
         motion: Measured surge speed and yaw rate, for the brake; None where they are not known: ramp.
         fallback: Wrench of the fallback law, finite; None where it has none: ramp.
     """

@@ -26,29 +26,20 @@ REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
 
 
 class Sample(NamedTuple):
-    """What the checks take of a message.
+    """What the checks take of a message."""
 
-    Attributes:
-        stamp: ns.
-        frame, child_frame: Of the message; empty where it names none.
-        values: All of its numbers.
-        covariance: The largest variance of the position, m²; 0 where it is not known.
-    """
-
-    stamp: int
+    stamp: int  # ns
+    # frame, child_frame: of the message; empty where it names none
     frame: str
     child_frame: str
-    values: tuple[float, ...]
-    covariance: float = 0.0
+    values: tuple[float, ...]  # all of its numbers
+    covariance: float = 0.0  # the largest variance of the position, m²; 0 where it is not known
 
 
 class Freshness:
     """The freshness of one input.
 
-    Args:
-        timeout: T, s.
-        parameters: The other bounds.
-        frame, child_frame: Those that the input must have, one or several of which it has one; empty for any.
+    `timeout`: T, s. `frame`, `child_frame`: those that the input must have, one or several of which it has one; empty for any.
 
     Attributes:
         frames: The frames and child frames that are taken, each empty for any.
@@ -80,13 +71,8 @@ class Freshness:
     def accept(self, sample: Sample, now: int, received: int) -> Reason:
         """Take a sample, or refuse and count it.
 
-        Args:
-            sample: The sample.
-            now: ROS time, ns.
-            received: Time of its receipt, ns, on the clock of `overdue`.
-
-        Returns:
-            NONE if it is taken, else why it is refused.
+        `now`: ROS time, ns. `received`: time of its receipt, ns, on the clock of `overdue`. Returns NONE if it is taken, else
+        why it is refused.
         """
         reason = self._check(sample, now)
         if reason:
@@ -112,12 +98,8 @@ class Freshness:
     def overdue(self, now: int, received_now: int) -> Reason:
         """Whether the last sample taken still counts.
 
-        Args:
-            now: ROS time, ns.
-            received_now: The present time on the clock of its receipt, ns.
-
-        Returns:
-            NONE, or why not: NOT_RECEIVED, OVERDUE, STAMP_OLD, STAMP_FUTURE, or why those that came since were refused.
+        `now`: ROS time, ns. `received_now`: the present time on the clock of its receipt, ns. Returns NONE, or why not:
+        NOT_RECEIVED, OVERDUE, STAMP_OLD, STAMP_FUTURE, or why those that came since were refused.
         """
         refusal, refused_at = self._refusal
         if received_now - refused_at > self.timeout:
@@ -162,8 +144,7 @@ def several(frame: str | Iterable[str]) -> tuple[str, ...]:
 
 FROUDE = 3.0
 
-LENGTHS, TURN = 2.0, 1.0
-"""What noise may add: ship lengths, and rad."""
+LENGTHS, TURN = 2.0, 1.0  # what noise may add: ship lengths, and rad
 
 
 class Verdict(Enum):
@@ -182,9 +163,7 @@ class _Fix(NamedTuple):
 class Jumps:
     """Holds jumps out, until enough samples in a row agree on the new place.
 
-    Args:
-        parameters: Speed that no ship has, and number of samples.
-        length: Of the ship, m.
+    `parameters`: speed that no ship has, and number of samples. `length`: of the ship, m.
 
     Attributes:
         held: Samples held out since the last one taken.
@@ -205,9 +184,7 @@ class Jumps:
     def check(self, stamp: int, motion: Motion) -> Verdict:
         """Judge a sample by the last one taken.
 
-        Args:
-            stamp: ns, later than that of the last sample.
-            motion: Finite.
+        `stamp`: ns, later than that of the last sample. `motion`: finite.
         """
         fix = _Fix(stamp, motion)
         if self._taken is None or self._follows(self._taken, fix):

@@ -31,19 +31,14 @@ the motion that a command must explain for that."""
 
 INERTIAS = ("surge_inertia", "yaw_inertia")
 
-DELAYS = (0.0, 0.5, 1.0, 2.0)
-"""Times after which velocities follow their commands, s."""
-
-STEPWISE = 0.9
-"""Share of the time for which a command is constant that a person or a pulse gives, and no law."""
+DELAYS = (0.0, 0.5, 1.0, 2.0)  # times after which velocities follow their commands, s
+STEPWISE = 0.9  # share of the time for which a command is constant that a person or a pulse gives, and no law
 
 
 def judge_signs(connection: Connection, doubted: str = "") -> Iterator[Finding]:
     """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction.
 
-    Args:
-        connection: As observed.
-        doubted: What of the measured motion is wrong, so that it shows no sign; empty if nothing is.
+    `doubted`: what of the measured motion is wrong, so that it shows no sign; empty if nothing is.
     """
     samples, output = motions_of(connection), connection.of("output")
     by_velocity = output is not None and "u" in output.columns
@@ -84,21 +79,13 @@ def judge_size(what: str, found: Effect, inertia: float, name: str) -> Iterator[
 
 
 class Record(NamedTuple):
-    """Motion and commands on one grid.
+    """Motion and commands on one grid."""
 
-    Attributes:
-        poses: x, y and psi, (n, 3).
-        commands: Of surge and of yaw, (n,) each.
-        noises: Standard deviations of a sample of the position, m, and of the heading, rad.
-        rate: Of the samples, Hz.
-        slow: Speed and yaw rate below which nothing is concluded, m/s and rad/s.
-    """
-
-    poses: Array
-    commands: tuple[Array, Array]
-    noises: tuple[float, float]
-    rate: float
-    slow: tuple[float, float]
+    poses: Array  # x, y and psi, (n, 3)
+    commands: tuple[Array, Array]  # of surge and of yaw, (n,) each
+    noises: tuple[float, float]  # standard deviations of a sample of the position, m, and of the heading, rad
+    rate: float  # of the samples, Hz
+    slow: tuple[float, float]  # speed and yaw rate below which nothing is concluded, m/s and rad/s
 
     def motion(self, k: int) -> Motion | None:
         """The motion, smoothed until the noise of surge (0) or yaw (1) does not count; None if it always does."""

@@ -24,22 +24,15 @@ from vessel_hsmc_ros.safety.parameters import SafetyParameters
 from vessel_hsmc_ros.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.safety.safe_action import NO_WRENCH, Authority, Pair, safe_command, towards
 
-ROUNDING = 1.0 + 1e-9
-"""What a law that clips to a limit in other units may exceed it by."""
+ROUNDING = 1.0 + 1e-9  # what a law that clips to a limit in other units may exceed it by
 
 
 def violation(command: Pair, previous: Pair, limits: Pair, rates: Pair, period: float) -> Reason:
     """The output guard: the first rule that a command violates, whatever the law: finite, within its limits, within its rates.
 
-    Args:
-        command: Surge force and yaw moment, N and N·m.
-        previous: The command before.
-        limits: Largest values; infinite for none.
-        rates: Largest changes per second; infinite for none.
-        period: Time between the two commands, s.
-
-    Returns:
-        NONE, COMMAND_NOT_FINITE, COMMAND_LIMIT or COMMAND_RATE.
+    `command`: surge force and yaw moment, N and N·m. `limits`: largest values; infinite for none. `rates`: largest changes per
+    second; infinite for none. `period`: time between the two commands, s. Returns NONE, COMMAND_NOT_FINITE, COMMAND_LIMIT or
+    COMMAND_RATE.
     """
     if not (math.isfinite(command[0]) and math.isfinite(command[1])):
         return Reason.COMMAND_NOT_FINITE
@@ -57,10 +50,7 @@ UNBOUNDED = (math.inf, math.inf)
 class Supervision:
     """Decides what is commanded, from what the law gives and what a person commands.
 
-    Args:
-        parameters: Safe action, rates and counts.
-        authority: What the actuators can give.
-        active: Whether the law commands from the first step on, without a handover; else the controller is in standby.
+    `active`: whether the law commands from the first step on, without a handover; else the controller is in standby.
 
     Attributes:
         operation, reason: The present state, and why it is not the law that commands.
@@ -88,11 +78,7 @@ class Supervision:
     def activate(self, ready: Reason = Reason.NONE) -> Reason:
         """Let the law command, if the controller is ready.
 
-        Args:
-            ready: NONE, or what is missing.
-
-        Returns:
-            NONE, or why it is refused.
+        `ready`: NONE, or what is missing. Returns NONE, or why it is refused.
         """
         if self.operation is Operation.STOPPED:
             return Reason.IN_STOP
