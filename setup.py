@@ -94,8 +94,8 @@ setup(
     package_data={
         PACKAGE: ["py.typed"],
         "vessel_sim_node": ["py.typed"],
-        f"{PACKAGE}.campaign": ["assets/*"],
-        f"{PACKAGE}.manoeuvres": ["assets/*"],
+        f"{PACKAGE}.studies.campaign": ["assets/*"],
+        f"{PACKAGE}.studies.manoeuvres": ["assets/*"],
         f"{PACKAGE}.report": ["assets/*"],
     },
     data_files=data_files(),
@@ -145,6 +145,13 @@ setup(
             "px4_node = vessel_hsmc_ros.nodes.entry_points:px4_node",
             "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
-        ]
+        ],
+        # Laws to compare with, as an installed package offers its own.
+        "vessel_hsmc_ros.laws": [
+            "ashrafiuon = vessel_hsmc_ros.studies.rivals.ashrafiuon:AshrafiuonController",
+            "backstepping = vessel_hsmc_ros.studies.rivals.backstepping:BacksteppingController",
+            "hand_position = vessel_hsmc_ros.studies.rivals.hand_position:HandPositionController",
+            "nmpc = vessel_hsmc_ros.studies.rivals.nmpc:NmpcController",
+        ],
     },
 )

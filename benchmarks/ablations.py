@@ -3,9 +3,10 @@
 Prints the rms position error [m] of the last quarter of 400 s, and the rms change of the moment per period on the circle with
 noisy positions, in percent of the limit. --write replaces the table in docs/verdict.md. Takes some minutes.
 
-Every row is the law of the package but for what it names: other parameters, other constants (`paper.special_laws.AlteredLaw`),
-or kernels of this file instead of those of the law. The last ones run interpreted. "Errors from the earth's origin" is the law as
-printed with the point 3 m ahead, with a reaching gain of 1 1/s, a boundary layer and the limits of the actuators.
+Every row is the law of the package but for what it names: other parameters, other constants
+(`studies.paper.special_laws.AlteredLaw`), or kernels of this file instead of those of the law. The last ones run interpreted.
+"Errors from the earth's origin" is the law as printed with the point 3 m ahead, with a reaching gain of 1 1/s, a boundary layer
+and the limits of the actuators.
 """
 
 import argparse
@@ -17,18 +18,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vessel_hsmc_ros.control.interface.network import Estimates
+from vessel_hsmc_ros.control.laws.hierarchical import Memory, Surfaces, adapt_weights, control, step
+from vessel_hsmc_ros.control.laws.hierarchical_guidance import Guidance, guidance, turn_in_current
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.core.kernel import bound
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, to_body
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.law.network import Estimates
-from vessel_hsmc_ros.laws.hierarchical import Memory, Surfaces, adapt_weights, control, step
-from vessel_hsmc_ros.laws.hierarchical_guidance import Guidance, guidance, turn_in_current
-from vessel_hsmc_ros.laws.hierarchical_parameters import Gains
-from vessel_hsmc_ros.paper.cases import CALM, LIMITS, NO_NETWORKS, PRINTED, TOLD
-from vessel_hsmc_ros.paper.special_laws import AlteredLaw
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_hsmc_ros.runs.worker_pool import run_all
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
+from vessel_hsmc_ros.studies.paper.cases import CALM, LIMITS, NO_NETWORKS, PRINTED, TOLD
+from vessel_hsmc_ros.studies.paper.special_laws import AlteredLaw
+from vessel_hsmc_ros.studies.runs.worker_pool import run_all
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "verdict.md"
 TABLE = re.compile(r"(<!-- generated: ablations -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -28,26 +28,26 @@ from paths import boat  # type: ignore[import-not-found]
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.campaign.feasibility import infeasible
-from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.campaign.ship_expansion import resolved
+from vessel_hsmc_ros.control.interface.inputs import unit_time
+from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, NOT_DECLARED, KnownVessel
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, ScenarioError, SimulationError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import distance
-from vessel_hsmc_ros.law.inputs import unit_time
-from vessel_hsmc_ros.law.known_vessel import INSTANT, NOT_DECLARED, KnownVessel
-from vessel_hsmc_ros.laws.nmpc import NmpcParameters
-from vessel_hsmc_ros.laws.nmpc_model import ModelParameters
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, figure
-from vessel_hsmc_ros.runs import worker_pool
-from vessel_hsmc_ros.runs.comparison_page import COLOURS
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
+from vessel_hsmc_ros.simulation.offline import simulate
+from vessel_hsmc_ros.studies.campaign.feasibility import infeasible
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.campaign.ship_expansion import resolved
+from vessel_hsmc_ros.studies.compare.comparison_page import COLOURS
+from vessel_hsmc_ros.studies.rivals.nmpc import NmpcParameters
+from vessel_hsmc_ros.studies.rivals.nmpc_model import ModelParameters
+from vessel_hsmc_ros.studies.runs import worker_pool
 
 START, ARRIVED = 5.0, 0.02
 """Distance of the start, and the error below which a ship has arrived, in lengths."""

@@ -23,14 +23,14 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains, gains
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
-from vessel_hsmc_ros.laws.hierarchical_parameters import Gains, gains
-from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
-from vessel_hsmc_ros.runs.certificate import at_a_point, under_way
-from vessel_hsmc_ros.runs.certified_case import BOX, case_of, in_box
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.studies.certificates.certificate import at_a_point, under_way
+from vessel_hsmc_ros.studies.certificates.certified_case import BOX, case_of, in_box
+from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 WIND, HULL = "rest, wind and current", "rest, force fixed to the hull"
 MODES = {"straight": 3.0, "circle": 3.0, WIND: 5.0, HULL: 5.0}

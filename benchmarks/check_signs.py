@@ -19,9 +19,9 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_hsmc_ros.safety.connection import OK, TODO, WRONG, Connection
+from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection
 from vessel_hsmc_ros.scenario.suite import load_suite
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

@@ -29,7 +29,7 @@ STEPS = 2000
 LOADING = """
 import time
 began = time.perf_counter()
-from vessel_hsmc_ros.laws import make_controller
+from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 law = make_controller("{law}", 0.01)
 motion, acceleration = Motion(5.0, 1.0, 0.8, 0.1, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0)

@@ -18,7 +18,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

@@ -15,13 +15,13 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.law.known_vessel import INSTANT
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text, ship_of
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import circle_for, scale_of, sway_damping_rate
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 SCENARIOS = ("case2_tracking", "figure_eight", "waypoints")
 COUPLINGS = (0.0, 6e5, 1.2e6, -1.2e6)

@@ -7,7 +7,7 @@ of 1 to 40 lengths, many of which no boat could sail. What is accepted is sample
 The fastest travel is that of a point on the same geometry: at every place as fast as yaw rate, drift angle, and the shares of
 surge force and yaw moment that a reference may take allow in a steady turn, and as the yaw acceleration allows in a transition,
 with `motion.acceleration` at once. It has no jerk to respect and no drift that follows its turns, so that no ship can reach it.
-After a stop it sets off as slowly as the path does (`reference/path.py`); the speed beside one that leaves at once is shown too.
+After a stop it sets off as slowly as the path does (`guidance/path.py`); the speed beside one that leaves at once is shown too.
 """
 
 import argparse
@@ -21,12 +21,12 @@ import scipy.integrate  # noqa: F401 - the time of its import is no time of plan
 from paths import CURRENT, SAMPLES, SPEED, Boat, boat  # type: ignore[import-not-found]
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.guidance.curve_motion import Velocities, inputs
+from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
+from vessel_hsmc_ros.guidance.planned_track import Stretch
+from vessel_hsmc_ros.guidance.timetable import TimetableConstants, TimetableMemory, follow
+from vessel_hsmc_ros.guidance.turning import sustained
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
-from vessel_hsmc_ros.reference.curve_motion import Velocities, inputs
-from vessel_hsmc_ros.reference.factory import make_reference, travel_limits
-from vessel_hsmc_ros.reference.planned_track import Stretch
-from vessel_hsmc_ros.reference.timetable import TimetableConstants, TimetableMemory, follow
-from vessel_hsmc_ros.reference.turning import sustained
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled

@@ -35,8 +35,8 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.faults.fault import Fault, FaultScript
-from vessel_hsmc_ros.runs import supervisor
-from vessel_hsmc_ros.runs.supervisor import Injection, exclusive, supervise
+from vessel_hsmc_ros.nodes.runs import supervisor
+from vessel_hsmc_ros.nodes.runs.supervisor import Injection, exclusive, supervise
 from vessel_hsmc_ros.scenario.faults import check_script
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test"))
-from runs.test_long_rest import SETTLED, error_under_way, rested
+from simulation.test_long_rest import SETTLED, error_under_way, rested
 
 RESTS = {"fresh": SETTLED, "6 h": 6.0 * 3600.0, "24 h": 24.0 * 3600.0}
 """Durations of the rest, s."""

@@ -18,12 +18,12 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from vessel_hsmc_ros.campaign.execute import exceeded
-from vessel_hsmc_ros.campaign.feasibility import infeasible
-from vessel_hsmc_ros.campaign.plan import Campaign
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.runs.batch import Outcome, simulate_many
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.studies.campaign.execute import exceeded
+from vessel_hsmc_ros.studies.campaign.feasibility import infeasible
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 VARIANTS = "guided", "guided with nothing declared", "guided exactly declared"
 

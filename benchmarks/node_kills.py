@@ -29,7 +29,7 @@ from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.runs.processes import NodeGroup
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 

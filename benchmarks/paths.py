@@ -21,15 +21,15 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.core.run_data import held
 from vessel_hsmc_ros.core.track_errors import per_leg, summarise
+from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
+from vessel_hsmc_ros.guidance.lawnmower import plan_lawnmower
+from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
-from vessel_hsmc_ros.reference.factory import make_reference, travel_limits
-from vessel_hsmc_ros.reference.lawnmower import plan_lawnmower
-from vessel_hsmc_ros.reference.timetable import Timetable, motion_at
 from vessel_hsmc_ros.report.record import errors_of, planned
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
+from vessel_hsmc_ros.simulation.offline import simulate
 
 SPEED, CURRENT, LEG, SPACING = 0.3, 0.15, 20.0, 4.0
 

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.law import known_vessel
-from vessel_hsmc_ros.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.tuning.plan import Case, Evaluation, Objective, Tuning, load_cases
-from vessel_hsmc_ros.tuning.result import tune
+from vessel_hsmc_ros.control.interface import known_vessel
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.tuning.gains import Gain, parse_gains
+from vessel_hsmc_ros.studies.tuning.plan import Case, Evaluation, Objective, Tuning, load_cases
+from vessel_hsmc_ros.studies.tuning.result import tune
 
 LOS_PID = {
     "lookahead_time": (1.0, 30.0),

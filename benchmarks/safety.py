@@ -19,12 +19,12 @@ from hypothesis import strategies as st
 from rich.console import Console
 from rich.table import Table
 
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, SafetyParameters
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.safe_action import Authority
+from vessel_hsmc_ros.control.safety.samples import Freshness, Jumps, Sample
+from vessel_hsmc_ros.control.safety.supervision import Supervision, violation
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.safe_action import Authority
-from vessel_hsmc_ros.safety.samples import Freshness, Jumps, Sample
-from vessel_hsmc_ros.safety.supervision import Supervision, violation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

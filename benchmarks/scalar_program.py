@@ -8,12 +8,12 @@ import numpy as np
 
 from vessel_hsmc_ros import load_scenario
 from vessel_hsmc_ros.core.kinematics import as_published
+from vessel_hsmc_ros.guidance.trajectory import trajectory
 from vessel_hsmc_ros.plant.simulator import Simulator
-from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.laws.hierarchical_printed import HierarchicalPrintedController
+    from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedController
 
 SOURCE = Path(__file__).parent / "scalar" / "case2.cpp"
 COMPILE = ["g++", "-O3", "-march=native", "-o"]

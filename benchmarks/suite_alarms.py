@@ -19,11 +19,11 @@ from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
-from vessel_hsmc_ros.runs import worker_pool
-from vessel_hsmc_ros.runs.comparison import Task, prepare
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
+from vessel_hsmc_ros.studies.compare.comparison import Task, prepare
+from vessel_hsmc_ros.studies.runs import worker_pool
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

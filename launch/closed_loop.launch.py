@@ -20,7 +20,7 @@ from launch_ros.substitutions import ExecutableInPackage
 from launch import LaunchContext, LaunchDescription
 from vessel_hsmc_ros.core.install_paths import PACKAGE, PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.node_list import LOOP, taking_part
-from vessel_hsmc_ros.runs.launching import argument, failure, flag, namespace_of, never_raising
+from vessel_hsmc_ros.nodes.runs.launching import argument, failure, flag, namespace_of, never_raising
 
 HELD = ExitStack()
 """Holds the lock of the ROS domain and namespace until this process ends, so that a second run is refused."""
@@ -35,7 +35,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     """
     # Not above: without the messages or a library this file could not be read, and launch would name its syntax as the cause.
     from vessel_hsmc_ros.nodes.ros_environment import check_messages
-    from vessel_hsmc_ros.runs.supervisor import exclusive
+    from vessel_hsmc_ros.nodes.runs.supervisor import exclusive
     from vessel_hsmc_ros.scenario.law_file import law_file_options, load_law_file
     from vessel_hsmc_ros.scenario.run_folder import make_run_folder
     from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
@@ -100,7 +100,7 @@ def generate_launch_description() -> LaunchDescription:
 
 def declared() -> list[Any]:
     """The arguments with their descriptions, and the function that starts the nodes with them."""
-    from vessel_hsmc_ros.laws import LAWS
+    from vessel_hsmc_ros.control.laws import LAWS
     from vessel_hsmc_ros.scenario.scenario import scenario_names
 
     descriptions = {

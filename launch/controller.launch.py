@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import PACKAGE
 from vessel_hsmc_ros.core.node_list import LOOP
 from vessel_hsmc_ros.nodes.ros_environment import check_messages
-from vessel_hsmc_ros.runs.launching import argument, flag, namespace_of, never_raising
+from vessel_hsmc_ros.nodes.runs.launching import argument, flag, namespace_of, never_raising
 
 ARGUMENTS = {
     "params_file": ("", "ROS parameters file of the nodes, such as that of `vessel-hsmc init`."),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.law.registry import Registry
+    from vessel_hsmc_ros.control.interface.registry import Registry
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -87,7 +87,7 @@ def ros_domain() -> Iterator[int | None]:
 @pytest.fixture
 def laws() -> Iterator["Registry"]:
     """The registry of control laws; what a test adds is removed after it."""
-    from vessel_hsmc_ros.laws import LAWS
+    from vessel_hsmc_ros.control.laws import LAWS
 
     before = LAWS.others
     yield LAWS
@@ -120,36 +120,30 @@ def _niceness() -> Iterator[None]:
 
 KINDS = {
     "core": "pure",
-    "guided": "pure",
-    "law": "pure",
-    "laws": "pure",
     "control": "pure",
     "faults": "pure",
+    "guidance": "pure",
     "plant": "pure",
-    "reference": "pure",
-    "safety": "pure",
+    "studies/rivals": "pure",
+    "boats/test_handover.py": "pure",
+    "nodes/runs": "files",
     "nodes": "nodes",
+    "boats/nodes": "nodes",
+    "preflight/nodes": "nodes",
     "processes": "processes",
 }
-"""The mark of the tests in each folder; those of all other folders work on files."""
+"""The mark of the tests in folders and files, the first that fits; those of all others work on files."""
 
 
 LONG = (
-    *("project/test_install.py", "runs/test_golden_offline.py", "processes", "paper", "guided/test_guided.py", "nodes"),
     *(
-        "control",
-        "simulation",
-        "manoeuvres",
-        "runs",
-        "identification",
-        "guided",
-        "law",
-        "report",
-        "tuning",
-        "campaign",
-        "plant",
-        "bags",
+        "project/test_install.py",
+        "simulation/test_golden_offline.py",
+        "processes",
+        "studies/paper",
+        "control/guided/test_guided.py",
     ),
+    *("nodes", "boats/nodes", "preflight/nodes", "control", "simulation", "studies", "report", "plant", "bags"),
 )
 """Folders and files with the longest tests: they come first, so that all processes end at about the same time."""
 
@@ -164,5 +158,5 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark each test with its kind, and let the longest come first."""
     items.sort(key=urgency)
     for item in items:
-        folder = item.path.relative_to(ROOT / "test").parts[0]
-        item.add_marker(KINDS.get(folder, "files"))
+        path = item.path.relative_to(ROOT / "test").as_posix()
+        item.add_marker(next((kind for prefix, kind in KINDS.items() if path.startswith(prefix)), "files"))

@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.bags.reader import open_bag as open_bag
-    from vessel_hsmc_ros.campaign.dataset import read_rows as read_rows
-    from vessel_hsmc_ros.campaign.execute import run_campaign as run_campaign
-    from vessel_hsmc_ros.campaign.plan import Campaign as Campaign
+    from vessel_hsmc_ros.control.interface.law import Law as Law
+    from vessel_hsmc_ros.control.interface.terms import Terms as Terms
+    from vessel_hsmc_ros.control.laws import make_controller as make_controller
     from vessel_hsmc_ros.core.exceptions import VesselHsmcError as VesselHsmcError
     from vessel_hsmc_ros.core.kinematics import Acceleration as Acceleration
     from vessel_hsmc_ros.core.kinematics import Motion as Motion
@@ -36,31 +36,31 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.core.run_data import Run as Run
     from vessel_hsmc_ros.core.schema import parameter as parameter
     from vessel_hsmc_ros.core.version import __version__ as __version__
-    from vessel_hsmc_ros.law.law import Law as Law
-    from vessel_hsmc_ros.law.terms import Terms as Terms
-    from vessel_hsmc_ros.laws import make_controller as make_controller
-    from vessel_hsmc_ros.runs.offline import simulate as simulate
     from vessel_hsmc_ros.scenario.law_file import load_law_file as load_law_file
     from vessel_hsmc_ros.scenario.scenario import load_scenario as load_scenario
+    from vessel_hsmc_ros.simulation.offline import simulate as simulate
+    from vessel_hsmc_ros.studies.campaign.dataset import read_rows as read_rows
+    from vessel_hsmc_ros.studies.campaign.execute import run_campaign as run_campaign
+    from vessel_hsmc_ros.studies.campaign.plan import Campaign as Campaign
 
 _ROOMS = {
     "__version__": "core.version",
     "Acceleration": "core.kinematics",
-    "Campaign": "campaign.plan",
-    "Law": "law.law",
+    "Campaign": "studies.campaign.plan",
+    "Law": "control.interface.law",
     "Motion": "core.kinematics",
     "Run": "core.run_data",
-    "Terms": "law.terms",
+    "Terms": "control.interface.terms",
     "VesselHsmcError": "core.exceptions",
     "clip": "core.limits",
     "load_law_file": "scenario.law_file",
     "load_scenario": "scenario.scenario",
-    "make_controller": "laws",
+    "make_controller": "control.laws",
     "open_bag": "bags.reader",
     "parameter": "core.schema",
-    "read_rows": "campaign.dataset",
-    "run_campaign": "campaign.execute",
-    "simulate": "runs.offline",
+    "read_rows": "studies.campaign.dataset",
+    "run_campaign": "studies.campaign.execute",
+    "simulate": "simulation.offline",
     "wrap": "core.kinematics",
 }
 

@@ -10,7 +10,7 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 from vessel_hsmc_ros.core.hull import Hull, outline
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
 from vessel_hsmc_ros.report.style import INK, PLOT, REFERENCE, SHIP
 
 PERIOD, HULL_EVERY = 0.25, 80

@@ -7,13 +7,13 @@ import pytest
 from boat_bags import EPOCH, ODOMETRY, odometry, sailed, write_boat
 from mcap.writer import Writer
 
-from vessel_hsmc_ros.bags.connection import connection_in
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.identification.measurements import from_bag
 from vessel_hsmc_ros.messages.topics import definition
+from vessel_hsmc_ros.preflight.from_bag import connection_in
 from vessel_hsmc_ros.report.from_bag import of_bag
+from vessel_hsmc_ros.studies.identification.measurements import from_bag
 
 ROWS = sailed(duration=12.0)
 PAYLOAD = b"\x00\x01\x00\x00something"

@@ -12,8 +12,8 @@ from vessel_hsmc_ros.bags import run_to_bag
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import topics
-from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 SHORT = {"vessel_sim.duration": 1.0}
 

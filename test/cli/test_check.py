@@ -15,8 +15,8 @@ from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.cli import check as check_verb
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
-from vessel_hsmc_ros.nodes import connection_check
-from vessel_hsmc_ros.safety.connection import Connection
+from vessel_hsmc_ros.preflight import live as connection_check
+from vessel_hsmc_ros.preflight.connection import Connection
 
 ODOMETRY, WRENCH = "nav_msgs/msg/Odometry", "geometry_msgs/msg/WrenchStamped"
 NAME = "/mavros/local_position/odom"

@@ -15,11 +15,11 @@ from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.report.style import series_colour
-from vessel_hsmc_ros.runs import scenario_run
-from vessel_hsmc_ros.runs.comparison_page import COLOURS
-from vessel_hsmc_ros.runs.demonstration import LAWS
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.studies.compare.comparison_page import COLOURS
+from vessel_hsmc_ros.studies.runs import scenario_run
+from vessel_hsmc_ros.studies.runs.demonstration import LAWS
 
 
 class Demonstration(NamedTuple):

@@ -5,10 +5,10 @@ import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.bags.writer import BagWriter
+from vessel_hsmc_ros.boats.interfaces import commands, interfaces
 from vessel_hsmc_ros.cli import console
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.interfaces import commands, interfaces
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 

@@ -66,8 +66,11 @@ def test_help_exits_with_0(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 @pytest.mark.parametrize(
     ("arguments", "work"),
     [
-        (["simulate", "case2_tracking"], "vessel_hsmc_ros.runs.offline.ClosedLoop.run"),
-        (["compare", "case2_tracking", "--laws", "los_pid", "--workers", "1"], "vessel_hsmc_ros.runs.comparison.simulate"),
+        (["simulate", "case2_tracking"], "vessel_hsmc_ros.simulation.offline.ClosedLoop.run"),
+        (
+            ["compare", "case2_tracking", "--laws", "los_pid", "--workers", "1"],
+            "vessel_hsmc_ros.studies.compare.comparison.simulate",
+        ),
         (["report", "bag"], "vessel_hsmc_ros.report.making.make"),
     ],
 )

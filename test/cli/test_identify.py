@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.identification.page import CITATION
+from vessel_hsmc_ros.studies.identification.page import CITATION
 
 
 def call(*arguments: object) -> str:
@@ -57,7 +57,7 @@ def test_what_it_would_write_is_checked_before_it_computes_and_replaces_no_file_
     def computed(*_: object) -> None:
         raise AssertionError("computed")
 
-    monkeypatch.setattr("vessel_hsmc_ros.identification.estimate.identify", computed)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.estimate.identify", computed)
     data = tmp_path / "run.csv"
     rows = [f"{0.1 * k},{0.05 * k},0,0,{100.0 * math.sin(0.1 * k)},{50.0 * math.cos(0.1 * k)}\n" for k in range(600)]
     data.write_text("time,x,y,heading,surge_force,yaw_moment\n" + "".join(rows), encoding="utf-8")

@@ -14,10 +14,10 @@ from reaching import Reach
 from vessel_hsmc_ros.cli import init as init_verb
 from vessel_hsmc_ros.cli.command import VERBS, cli
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.runs.scenario_run import Result as RunResult
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.vessels import read_vessel
+from vessel_hsmc_ros.studies.runs.scenario_run import Result as RunResult
 
 DURATION = "vessel_sim.duration"
 
@@ -25,7 +25,7 @@ DURATION = "vessel_sim.duration"
 def test_compare_runs_every_law_on_every_scenario_at_the_rate_on_so_many_workers(reach: Reach) -> None:
     settings = "--set", f"{DURATION}=2.5", "--set", "vessel_sim.seed=7"
     options = "--laws", "los_pid, guided", "--rate-hz", 20, "--workers", 3, *settings
-    found = reach("vessel_hsmc_ros.runs.comparison.compare", "compare", "case2_straight", "case2_tracking", *options)
+    found = reach("vessel_hsmc_ros.studies.compare.comparison.compare", "compare", "case2_straight", "case2_tracking", *options)
     tasks = [(task.row.name, task.row.scenario, task.law, task.rate_hz) for task in found["tasks"]]
     scenarios = ("case2_straight", "case2_tracking")
     assert tasks == [(name, name, law, 20.0) for name in scenarios for law in ("los_pid", "guided")]
@@ -49,7 +49,9 @@ def test_goto_takes_one_heading(namespaces: list[str], heading: str) -> None:
 
 def test_compare_takes_the_rows_of_a_suite_after_the_scenarios(reach: Reach, tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("rows:\n  - {name: first, at_most: 3}\n  - {name: second, legs_at_most: 4}\n")
-    found = reach("vessel_hsmc_ros.runs.comparison.compare", "compare", "goal", "--suite", "mine.yaml", "--laws", "guided")
+    found = reach(
+        "vessel_hsmc_ros.studies.compare.comparison.compare", "compare", "goal", "--suite", "mine.yaml", "--laws", "guided"
+    )
     rows = [(task.row.name, task.row.at_most, task.row.legs_at_most, task.rate_hz) for task in found["tasks"]]
     assert rows == [("goal", None, None, None), ("first", 3, None, None), ("second", None, 4, None)]
     assert found["jobs"] is None
@@ -59,14 +61,14 @@ def test_changes_of_the_command_line_take_precedence_over_those_of_a_suite(reach
     row = "{name: short, set: {vessel_sim.duration: 9.0, vessel_sim.seed: 4}}"
     (tmp_path / "mine.yaml").write_text(f"set: {{vessel_sim.duration: 8.0}}\nrows:\n  - {{name: first}}\n  - {row}\n")
     options = "--suite", "mine.yaml", "--laws", "guided", "--set", f"{DURATION}=2.5"
-    found = reach("vessel_hsmc_ros.runs.comparison.compare", "compare", *options)
+    found = reach("vessel_hsmc_ros.studies.compare.comparison.compare", "compare", *options)
     assert [task.row.changes for task in found["tasks"]] == [{DURATION: 2.5}, {DURATION: 2.5, "vessel_sim.seed": 4}]
 
 
 def test_sweep_repeats_its_points_for_each_law_on_so_many_workers(reach: Reach) -> None:
     axes = "controller.guided.position_gain=0.5,0.6", "controller.rate_hz=20,50"
     options = "--laws", "guided,los_pid", "--workers", 3, "--set", f"{DURATION}=2.5"
-    found = reach("vessel_hsmc_ros.runs.sweep.run_all", "sweep", "case2_tracking", *axes, *options)
+    found = reach("vessel_hsmc_ros.studies.compare.sweep.run_all", "sweep", "case2_tracking", *axes, *options)
     points = [(point.law, point.values) for point in found["planned"]]
     assert points == [(law, (gain, rate)) for law in ("guided", "los_pid") for gain in (0.5, 0.6) for rate in (20, 50)]
     assert {point.changes[DURATION] for point in found["planned"]} == {2.5}
@@ -76,7 +78,7 @@ def test_sweep_repeats_its_points_for_each_law_on_so_many_workers(reach: Reach) 
 def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
     options = "--set", f"{DURATION}=2.5", "--output", "there"
     for more, with_bag in (((), True), (("--no-bag",), False)):
-        found = reach("vessel_hsmc_ros.runs.scenario_run.run_offline", "simulate", "case2_straight", *options, *more)
+        found = reach("vessel_hsmc_ros.studies.runs.scenario_run.run_offline", "simulate", "case2_straight", *options, *more)
         scenario = found["scenario"]
         assert (scenario.name, scenario.vessel_sim.duration, found["parent"]) == ("case2_straight", 2.5, Path("there"))
         assert found["with_bag"] is with_bag
@@ -86,7 +88,7 @@ def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
 @pytest.mark.parametrize(
     ("more", "target", "name"),
     [
-        ((), "runs.scenario_run.run_nodes", "with_page"),
+        ((), "studies.runs.scenario_run.run_nodes", "with_page"),
         (("--vessels", "2"), "cli.run.run_fleet", "with_page"),
         (("--vessels", "2", "--spacing", "9"), "cli.run.run_vessels", "output"),
     ],
@@ -94,7 +96,7 @@ def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
 def test_a_run_without_a_page_requests_none(
     reach: Reach, monkeypatch: pytest.MonkeyPatch, more: tuple[str, ...], target: str, name: str
 ) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
     monkeypatch.setattr("vessel_hsmc_ros.cli.run.reserve_namespaces", lambda *_: nullcontext())
     for options, with_page in (("--no-page",), False), ((), True):
         found = reach(f"vessel_hsmc_ros.{target}", "run", "case2_straight", *more, *options)[name]
@@ -109,10 +111,10 @@ def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Rea
         reserved.append((namespace, lockstep))
         return nullcontext()
 
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", reserve)
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.check_live_port", ports.append)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", reserve)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.check_live_port", ports.append)
     Path("late.yaml").write_text("faults:\n  - {at: 1.5, duration: 0.5, kind: drop, topic: odom}\n")
-    target = "vessel_hsmc_ros.runs.scenario_run.run_nodes"
+    target = "vessel_hsmc_ros.studies.runs.scenario_run.run_nodes"
     found = reach(target, "run", "case2_straight", "--set", f"{DURATION}=2.5", "--output", "there", "--namespace", "/boat/")
     scenario = found["scenario"]
     assert (scenario.vessel_sim.duration, scenario.controller.lockstep, found["namespace"]) == (2.5, True, "boat")
@@ -127,11 +129,11 @@ def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Rea
 
 
 def test_a_script_of_faults_replaces_that_of_the_scenario(reach: Reach, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
     (tmp_path / "mine.yaml").write_text("faults:\n  - {at: 1.0, duration: 0.5, kind: drop, topic: odom}\n")
     (tmp_path / "other.yaml").write_text("faults:\n  - {at: 2.0, duration: 0.5, kind: drop, topic: reference}\n")
     for options, expected in ((), (1.0, "odom")), (("--faults", "other.yaml"), (2.0, "reference")):
-        found = reach("vessel_hsmc_ros.runs.scenario_run.run_nodes", "run", "mine.yaml", *options)
+        found = reach("vessel_hsmc_ros.studies.runs.scenario_run.run_nodes", "run", "mine.yaml", *options)
         assert [(fault.at, fault.topic) for fault in found["faults"].faults] == [expected]
 
 
@@ -147,9 +149,9 @@ def test_run_with_vessels_takes_number_and_spacing(reach: Reach) -> None:
 def test_the_exit_code_is_that_of_the_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, verb: str, target: str, code: int
 ) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
     result = RunResult(RunFolder(tmp_path), code, "it failed" if code else "")
-    monkeypatch.setattr(f"vessel_hsmc_ros.runs.scenario_run.{target}", lambda *_, **__: result)
+    monkeypatch.setattr(f"vessel_hsmc_ros.studies.runs.scenario_run.{target}", lambda *_, **__: result)
     done = CliRunner().invoke(cli, [verb, "case2_straight", "--output", str(tmp_path)])
     assert done.exit_code == code
     assert ("error: it failed" in done.output) == (code == 1)
@@ -161,7 +163,7 @@ def test_campaign_takes_number_seed_and_place_of_its_runs(reach: Reach, place: s
     (tmp_path / "mine.yaml").write_text(
         "scenario: case2_tracking\nruns: 40\ndraw:\n  vessel_sim.sensors.position_noise: {uniform: [0.1, 0.2]}\n"
     )
-    target = "vessel_hsmc_ros.campaign.execute.run_campaign"
+    target = "vessel_hsmc_ros.studies.campaign.execute.run_campaign"
     found = reach(target, "campaign", "mine.yaml", "--output", "there", "--runs", 12, "--seed", 5, place)
     assert (found["file"], found["folder"], found["runs"], found["seed"]) == ("mine.yaml", Path("there"), 12, 5)
     given = ("--workers", found["workers"]), ("--scheduler", found["scheduler"])
@@ -169,7 +171,7 @@ def test_campaign_takes_number_seed_and_place_of_its_runs(reach: Reach, place: s
 
 
 def test_campaign_report_takes_folder_and_page(reach: Reach) -> None:
-    found = reach("vessel_hsmc_ros.campaign.report.make_report", "campaign", "report", "there", "--file", "page.html")
+    found = reach("vessel_hsmc_ros.studies.campaign.report.make_report", "campaign", "report", "there", "--file", "page.html")
     assert found == {"folder": Path("there"), "output": Path("page.html")}
 
 
@@ -177,7 +179,7 @@ def test_tune_takes_all_that_makes_a_search(reach: Reach) -> None:
     gains = "--gain", "controller.los_pid.surge_gain=0.1:0.4", "--gain", "controller.los_pid.yaw_damping=1:9:log"
     objective = "--metric", "position_error_rms", "--second-metric", "surge_force_rms", "--aggregate", "worst"
     rest = "--trials", 17, "--seed", 5, "--workers", 3, "--held-out", "case2_slalom", "--set", f"{DURATION}=2.5"
-    target = "vessel_hsmc_ros.tuning.result.tune"
+    target = "vessel_hsmc_ros.studies.tuning.result.tune"
     found = reach(target, "tune", "case2_tracking", "--law", "los_pid", *gains, *objective, *rest, "--output", "there")
     tuning, given = found["tuning"], [*found.values()]
     assert [(case.name, case.scenario.vessel_sim.duration) for case in tuning.cases] == [("case2_tracking", 2.5)]
@@ -191,23 +193,25 @@ def test_tune_takes_all_that_makes_a_search(reach: Reach) -> None:
 
 
 def test_identify_reads_each_run_with_its_columns_and_namespace(reach: Reach) -> None:
-    target = "vessel_hsmc_ros.identification.measurements.from_csv"
+    target = "vessel_hsmc_ros.studies.identification.measurements.from_csv"
     columns = "--column", "x=east", "--column", "surge_force=F=x"
     found = reach(target, "identify", "one.csv", *columns)
     assert found == {"path": Path("one.csv"), "columns": {"x": "east", "surge_force": "F=x"}}
     topics = "--odometry", "/odometry/filtered", "--wrench", "/thrust"
-    found = reach("vessel_hsmc_ros.identification.measurements.from_bag", "identify", "bag", "--namespace", "boat", *topics)
+    found = reach(
+        "vessel_hsmc_ros.studies.identification.measurements.from_bag", "identify", "bag", "--namespace", "boat", *topics
+    )
     assert found == {"path": Path("bag"), "namespace": "boat", "odometry": "/odometry/filtered", "wrench": "/thrust"}
 
 
 def test_identify_takes_model_vessel_window_and_held_out_runs(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vessel_hsmc_ros.cli.identify._measurements", lambda path, *_: f"run of {path}")
     options = "--model", "linear", "--vessel", "otter", "--window", 7.5, "--held-out", "three", "--output", "there"
-    found = reach("vessel_hsmc_ros.identification.estimate.identify", "identify", "one", "two", *options)
+    found = reach("vessel_hsmc_ros.studies.identification.estimate.identify", "identify", "one", "two", *options)
     assert found["runs"] == ["run of one", "run of two"]
     assert (found["model"].name, found["window"]) == ("linear", 7.5)
     assert found["start"].length == read_vessel("otter").values["vessel.length"]
-    monkeypatch.setattr("vessel_hsmc_ros.identification.estimate.identify", lambda *_: "found")
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.estimate.identify", lambda *_: "found")
     found = reach("vessel_hsmc_ros.cli.identify._judged", "identify", "one", "two", *options)
     assert (found["unused"], found["found"], found["start"].name, found["window"]) == (["run of three"], "found", "Otter", 7.5)
     monkeypatch.setattr("vessel_hsmc_ros.cli.identify._judged", lambda *_: "judged")
@@ -231,11 +235,13 @@ def test_report_takes_all_that_describes_the_files(reach: Reach) -> None:
 
 def test_manoeuvres_takes_ships_kinds_changes_and_folder(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
     kinds = "--only", "crash_stop", "--only", "turning_circle"
-    found = reach("vessel_hsmc_ros.manoeuvres.run.run", "manoeuvres", "otter", *kinds, "--set", "vessel.length=3.5")
+    found = reach("vessel_hsmc_ros.studies.manoeuvres.run.run", "manoeuvres", "otter", *kinds, "--set", "vessel.length=3.5")
     assert (found["kinds"], found["ship"].scenario.vessel_sim.vessel.length) == (["crash_stop", "turning_circle"], 3.5)
-    monkeypatch.setattr("vessel_hsmc_ros.manoeuvres.run.run", lambda ship, *_: ship.name)
-    monkeypatch.setattr("vessel_hsmc_ros.manoeuvres.tables.overview", lambda _: (["ship"], []))
-    found = reach("vessel_hsmc_ros.manoeuvres.page.write", "manoeuvres", "otter", "cybership2", *kinds, "--output", "there")
+    monkeypatch.setattr("vessel_hsmc_ros.studies.manoeuvres.run.run", lambda ship, *_: ship.name)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.manoeuvres.tables.overview", lambda _: (["ship"], []))
+    found = reach(
+        "vessel_hsmc_ros.studies.manoeuvres.page.write", "manoeuvres", "otter", "cybership2", *kinds, "--output", "there"
+    )
     assert found["folder"].parent == Path("there")
     assert "otter" in found["folder"].name
     assert found["results"] == "otter"
@@ -324,10 +330,10 @@ def test_replay_verifies_and_repeats_with_its_own_changes(reach: Reach, monkeypa
     bag = OpenedBag()
     monkeypatch.setattr("vessel_hsmc_ros.bags.reader.open_bag", lambda _: bag)
     verified = "--verify", "--set", "controller.rate_hz=50", "--namespace", "boat"
-    found = reach("vessel_hsmc_ros.runs.verification.verify", "replay", "bag", *verified)
+    found = reach("vessel_hsmc_ros.studies.runs.verification.verify", "replay", "bag", *verified)
     assert [*found.values()][:3] == [bag, ({"controller.rate_hz": 50}, "/boat/"), "boat"]
     again = "--with", "controller.rate_hz=20", "--namespace", "boat", "--output", "there"
-    found = reach("vessel_hsmc_ros.runs.verification.rerun", "replay", "bag", *again)
+    found = reach("vessel_hsmc_ros.studies.runs.verification.rerun", "replay", "bag", *again)
     assert [*found.values()] == [bag, {"controller.rate_hz": 20}, "boat", Path("there")]
     published = "--rate", 2.5, "--topic", "/odom", "--topic", "/reference"
     for flag, flags in (("--loop", (True, False)), ("--paused", (False, True))):
@@ -350,12 +356,12 @@ def test_ardupilot_takes_ship_wiring_address_and_duration(reach: Reach, monkeypa
 
 
 def test_reproduce_takes_its_folder_and_the_nodes(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
-    target = "vessel_hsmc_ros.paper.reproduction.run_cases"
+    target = "vessel_hsmc_ros.studies.paper.reproduction.run_cases"
     nodes = [reach(target, "reproduce", "--output", "there", *more)["nodes"] for more in ((), ("--ros",))]
     assert nodes[0] is None
     assert nodes[1].parent == Path("there")
     monkeypatch.setattr(target, lambda *_: "results")
-    found = reach("vessel_hsmc_ros.paper.reproduction.write", "reproduce", "--output", "there")
+    found = reach("vessel_hsmc_ros.studies.paper.reproduction.write", "reproduce", "--output", "there")
     assert (found["results"], found["folder"]) == ("results", Path("there"))
 
 

@@ -16,10 +16,10 @@ from vessel_hsmc_ros.cli.excite import _rows
 from vessel_hsmc_ros.cli.identify import _judged
 from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.identification.excitation import Step
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
-from vessel_hsmc_ros.runs import sweep
 from vessel_hsmc_ros.scenario.vessels import read_vessel
+from vessel_hsmc_ros.studies.compare import sweep
+from vessel_hsmc_ros.studies.identification.excitation import Step
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,13 @@ from click.testing import CliRunner
 from vessel_hsmc_ros.cli import gains, identify, run
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import compare_with_row
+from vessel_hsmc_ros.control.interface.linear_loop import Margins
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.law.linear_loop import Margins
-from vessel_hsmc_ros.runs.scenario_run import Result
 from vessel_hsmc_ros.scenario import own_ship
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.tuning.plan import Case
+from vessel_hsmc_ros.studies.runs.scenario_run import Result
+from vessel_hsmc_ros.studies.tuning.plan import Case
 
 METRICS = Metrics(*[float(number) for number in range(1, len(Metrics._fields) + 1)])
 
@@ -81,8 +81,8 @@ def test_what_is_set_by_hand_takes_precedence_over_what_a_verb_sets(monkeypatch:
         raise click.Abort
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
-    monkeypatch.setattr("vessel_hsmc_ros.runs.scenario_run.run_nodes", run_nodes)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.run_nodes", run_nodes)
     own = "--namespace", "boat", "--set", "controller.frame_prefix=mine/"
     CliRunner().invoke(cli, ["run", "case2_straight", *own], standalone_mode=False)
     scenario, _, namespace, *_ = given
@@ -122,7 +122,7 @@ def campaigns(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[dict[str,
     def run_campaign(file: str, folder: Path, **named: Any) -> None:
         calls.append({"file": file, "folder": folder, **named})
 
-    monkeypatch.setattr("vessel_hsmc_ros.campaign.execute.run_campaign", run_campaign)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.campaign.execute.run_campaign", run_campaign)
     return calls
 
 
@@ -146,7 +146,7 @@ def test_a_campaign_goes_on_in_the_folder_that_is_given_as_its_file(
         given.extend(arguments)
         return SimpleNamespace(name="other", runs=9, notes=["a note"])
 
-    monkeypatch.setattr("vessel_hsmc_ros.campaign.plan.Campaign.load", load)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.campaign.plan.Campaign.load", load)
     done = CliRunner().invoke(cli, ["campaign", "older", "--runs", "30"], catch_exceptions=False)
     assert given == ["older", 30, None]
     assert (campaigns[0]["file"], campaigns[0]["folder"], campaigns[0]["runs"]) == ("older", Path("older"), 30)
@@ -169,8 +169,8 @@ def test_a_tuning_is_judged_on_other_runs_with_the_same_changes(
         given.update(arguments=arguments)
         raise click.Abort
 
-    monkeypatch.setattr("vessel_hsmc_ros.tuning.plan.held_out_cases", held_out_cases)
-    monkeypatch.setattr("vessel_hsmc_ros.tuning.result.tune", tune)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.tuning.plan.held_out_cases", held_out_cases)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.tuning.result.tune", tune)
     arguments = "--law", "los_pid", "--gain", "controller.los_pid.surge_gain=0.1:0.4", "--set", "vessel_sim.duration=2.5"
     chosen = ("--held-out", held_out) if held_out else ()
     CliRunner().invoke(cli, ["tune", "case2_tracking", *arguments, *chosen, "--output", "there"], standalone_mode=False)
@@ -196,7 +196,7 @@ def test_every_run_of_an_identification_is_read_with_the_same_columns_and_topics
     def estimate(*_: Any) -> None:
         raise click.Abort
 
-    monkeypatch.setattr("vessel_hsmc_ros.identification.estimate.identify", estimate)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.estimate.identify", estimate)
     options = "--held-out", "c.csv", "--held-out", "d", "--column", "x=east", "--namespace", "boat"
     topics = "--odometry", "/state", "--wrench", "/thrust"
     CliRunner().invoke(cli, ["identify", "a.csv", "b", *options, *topics], standalone_mode=False)
@@ -211,8 +211,8 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
         predicted.append((dict(values), measured, window, inputs))
         return f"prediction {len(predicted)}"
 
-    monkeypatch.setattr("vessel_hsmc_ros.identification.windows.predict", predict)
-    monkeypatch.setattr("vessel_hsmc_ros.identification.steady_load.steady_load", lambda *given: given)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.windows.predict", predict)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.steady_load.steady_load", lambda *given: given)
     monkeypatch.setattr(own_ship, "ship_of", lambda values: values)
     monkeypatch.setattr("vessel_hsmc_ros.core.schema.flatten", lambda values: values)
     found: Any = SimpleNamespace(values={"a": 1.5, "b": 2.5}, inputs={"gain": 0.75})

@@ -17,13 +17,13 @@ from vessel_hsmc_ros.cli.options import compare_with_row, print_json
 from vessel_hsmc_ros.cli.path import read_waypoints
 from vessel_hsmc_ros.cli.replay import verdict
 from vessel_hsmc_ros.cli.watch import _error, quantities
+from vessel_hsmc_ros.control.interface.linear_loop import Margins
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.identification.excitation import Step
-from vessel_hsmc_ros.law.linear_loop import Margins
 from vessel_hsmc_ros.nodes.observation import Snapshot
-from vessel_hsmc_ros.runs.verification import Verification
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES
+from vessel_hsmc_ros.studies.identification.excitation import Step
+from vessel_hsmc_ros.studies.runs.verification import Verification
 
 
 def test_the_manoeuvres_are_listed_with_their_own_times_inputs_and_speeds() -> None:

@@ -10,11 +10,11 @@ import pytest
 
 from vessel_hsmc_ros.faults.fault import Fault, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
-from vessel_hsmc_ros.runs.processes import NodeGroup
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup
 from vessel_hsmc_ros.scenario.faults import relayed_topics
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
-supervisor = pytest.importorskip("vessel_hsmc_ros.runs.supervisor", reason="ROS is not installed")
+supervisor = pytest.importorskip("vessel_hsmc_ros.nodes.runs.supervisor", reason="ROS is not installed")
 
 LIMIT = 20.0
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from golden.part_tools import COUPLED, PERIOD, Rows, built, thinned
 
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
 
 SIXTH, NINTH = 1e-6, 1e-9
 """Relative tolerances: of what an iteration finds, and of what is computed in one go."""

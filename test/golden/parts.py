@@ -14,14 +14,14 @@ import numpy as np
 from golden.part_references import NINTH, REFERENCES, SIXTH
 from golden.part_tools import COUPLED, PERIOD, Rows, built, thinned
 
-from vessel_hsmc_ros.control.allocation import Allocation
-from vessel_hsmc_ros.control.controlled_point import START, controlled_point_of, to_controlled_point
-from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_model import ObserverParameters
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.loop.allocation import Allocation
+from vessel_hsmc_ros.control.loop.controlled_point import START, controlled_point_of, to_controlled_point
+from vessel_hsmc_ros.control.loop.observer import Observer
+from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 

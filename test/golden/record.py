@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vessel_hsmc_ros.core.metrics import evaluate, heading_error, position_error, rms
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 Array = NDArray[np.float64]
 Metrics = Mapping[str, float | None]

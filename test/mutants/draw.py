@@ -81,8 +81,8 @@ def concerned(files: Collection[str]) -> list[str]:
     """The files of tests in the rooms of some files, and those that name one of their modules; none of processes."""
     rooms, stems = {room_of(file) for file in files}, "|".join(sorted(Path(file).stem for file in files))
     named, found = re.compile(rf"\b(?:{stems})\b"), []
-    for path in sorted((ROOT / "test").glob("*/test_*.py")):
-        room = path.parent.name
+    for path in sorted((ROOT / "test").rglob("test_*.py")):
+        room = path.relative_to(ROOT / "test").parts[0]
         if room not in ("processes", "project", "security") and (room in rooms or named.search(path.read_text(encoding="utf-8"))):
             found.append(path.relative_to(ROOT).as_posix())
     return found

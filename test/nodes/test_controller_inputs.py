@@ -11,6 +11,8 @@ from controller_without_ros import ControllerWithoutRos
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from safety_sequences import FRESH_SAMPLES, Machine
 
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
@@ -18,8 +20,6 @@ from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, VesselNode
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist, read_odometry
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep
 from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.samples import Sample
 
 START, PERIOD = 1_000_000_000_000, 10_000_000
 AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

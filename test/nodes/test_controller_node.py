@@ -14,14 +14,14 @@ from rclpy.parameter_client import AsyncParameterClient
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_model import ObserverParameters
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.terms import diagnosed
+from vessel_hsmc_ros.control.laws import make_controller
+from vessel_hsmc_ros.control.loop.observer import Observer
+from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import as_published
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.law.terms import diagnosed
-from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_steps, qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode

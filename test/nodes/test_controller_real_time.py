@@ -10,8 +10,8 @@ from driving import ACCELERATION, REFERENCE, STATE, STEP, RealTimePlant
 from std_srvs.srv import SetBool
 from vessel_hsmc_msgs.msg import ControlState
 
+from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import extrapolate
-from vessel_hsmc_ros.laws import make_controller
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode

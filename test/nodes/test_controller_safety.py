@@ -15,10 +15,10 @@ from rclpy.logging import LoggingSeverity
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, Event
 
+from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
-from vessel_hsmc_ros.safety.reasons import Reason
 
 TICK = 2_500_000
 TIMEOUT = 0.1

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.law.terms import Terms
+from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.safety.monitors import Alarm
+from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.nodes import reporting
 from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask
-from vessel_hsmc_ros.safety.monitors import Alarm
-from vessel_hsmc_ros.safety.reasons import Reason
 from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters

@@ -17,10 +17,10 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.fault_relay import FaultRelayNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
-from vessel_hsmc_ros.runs.supervisor import Injection
+from vessel_hsmc_ros.nodes.runs.supervisor import Injection
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
 CLASSES = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}

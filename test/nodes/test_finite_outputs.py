@@ -12,13 +12,14 @@ from stepped_node import SteppedNode
 from thruster_layouts import LAYOUTS, layout
 from vessel_hsmc_msgs.msg import ControlState
 
+from vessel_hsmc_ros.boats import drive, stop_latch, takeover, watchdog
+from vessel_hsmc_ros.boats.drive import DriveNode
+from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input, drive, reporting, stop_latch, takeover, watchdog
+from vessel_hsmc_ros.nodes import command_input, reporting
 from vessel_hsmc_ros.nodes.base import ERROR
 from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.drive import DriveNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
-from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 
 NAN, INF = math.nan, math.inf
 NUMBERS = (0.0, 1.0, -3.0, 1e12, 1e38, -1e39, 1e154, -1e200, 1.7e308, NAN, INF, -INF)
@@ -143,7 +144,7 @@ def test_whatever_is_commanded_an_autopilot_can_take_it(bench: Any, monkeypatch:
     pytest.importorskip("pymavlink", exc_type=ImportError)
     from recorded_link import Recording
 
-    from vessel_hsmc_ros.nodes import mavlink, mavlink_link
+    from vessel_hsmc_ros.boats import mavlink, mavlink_link
 
     monkeypatch.setattr(mavlink, "Link", Recording)
     modules = (mavlink, mavlink_link, command_input, stop_latch, takeover, reporting)

@@ -10,14 +10,15 @@ from stepped_node import SteppedNode
 from thruster_layouts import layout
 from vessel_hsmc_msgs.msg import ControlState
 
+from vessel_hsmc_ros.boats import drive, stop_latch, watchdog
+from vessel_hsmc_ros.boats.drive import DriveNode
+from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
+from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input, drive, stop_latch, watchdog
+from vessel_hsmc_ros.nodes import command_input
 from vessel_hsmc_ros.nodes.controller import ControllerNode
-from vessel_hsmc_ros.nodes.drive import DriveNode
-from vessel_hsmc_ros.nodes.navsat_odom import NavsatOdometryNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
-from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 from vessel_sim_node import drives
 from vessel_sim_node import node as sim_node
 from vessel_sim_node.node import VesselSimNode

@@ -10,8 +10,8 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.scenario import scenario_names
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
 CHANGES = {"vessel_sim.duration": 1.0}

@@ -7,11 +7,11 @@ from typing import Any
 import pytest
 from nav_msgs.msg import Odometry
 
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.nodes import reporting
 from vessel_hsmc_ros.nodes.base import ERROR, WARN
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.samples import Sample
 
 TIMEOUT = 500_000_000
 INPUTS = ("odometry", "reference")

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
 NODES = {"vessel_sim": VesselSimNode, "reference_ship": ReferenceShipNode, "controller": ControllerNode}

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import GoalError
+from vessel_hsmc_ros.guidance import path_reference
+from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.guidance.path import plan_path
 from vessel_hsmc_ros.nodes.reference_ship import FIRST_LEAD, PathPlanning
-from vessel_hsmc_ros.reference import path_reference
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.reference.path import plan_path
 
 PERIOD, DEADLINE = 0.05, 60.0
 AHEAD, ASIDE = [(120.0, 0.0)], [(90.0, 60.0)]

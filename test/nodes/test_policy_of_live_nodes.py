@@ -12,6 +12,8 @@ from definitions import module
 from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.boats.mavlink import MavlinkNode
+from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, THRUSTER_DEMAND, WATCHED_TOPICS
@@ -20,12 +22,10 @@ from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.fault_relay import FaultRelayNode
 from vessel_hsmc_ros.nodes.live import LiveNode
 from vessel_hsmc_ros.nodes.markers import MarkerNode
-from vessel_hsmc_ros.nodes.mavlink import MavlinkNode
 from vessel_hsmc_ros.nodes.recorder import RecorderNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.replay import Playing, ReplayNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
-from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
 from vessel_sim_node.node import VesselSimNode
 
 POLICY = ElementTree.parse(share_directory() / "config" / "security" / "policy.xml").getroot()  # noqa: S314 - our own file
@@ -61,7 +61,7 @@ CONFIGURATIONS: dict[Any, list[dict[str, Any]]] = {
 """Settings of each node that together need everything that it may do."""
 
 if module("px4_msgs.msg"):
-    from vessel_hsmc_ros.nodes.px4 import Px4Node
+    from vessel_hsmc_ros.boats.px4 import Px4Node
 
     CONFIGURATIONS[Px4Node] = [SIMULATED]
 

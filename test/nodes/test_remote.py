@@ -14,12 +14,12 @@ from rich.console import Console
 
 from vessel_hsmc_ros.cli.main import main
 from vessel_hsmc_ros.cli.watch import line, table
+from vessel_hsmc_ros.control.safety.reasons import Operation
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.nodes import remote
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.safety.reasons import Operation
 from vessel_sim_node.node import VesselSimNode
 
 RATE = {"lockstep": False, "rate_hz": 10.0}

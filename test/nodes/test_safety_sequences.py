@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from safety_sequences import drive
 
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.samples import Freshness
+from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.samples import Freshness
-from vessel_hsmc_ros.safety.supervision import Supervision
 
 
 @settings(max_examples=250)

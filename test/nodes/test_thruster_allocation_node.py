@@ -22,7 +22,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
 NODES = {

@@ -11,14 +11,14 @@ from std_srvs.srv import SetBool, Trigger
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.guidance.factory import make_reference
 from vessel_hsmc_ros.messages.conversions import read_reference
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.recorder import RecorderNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.reference.factory import make_reference
-from vessel_hsmc_ros.runs.verification import verify
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
+from vessel_hsmc_ros.studies.runs.verification import verify
 from vessel_sim_node.node import VesselSimNode
 
 NODES = (RecorderNode, ReferenceShipNode, ControllerNode, VesselSimNode)

@@ -14,9 +14,9 @@ from campaigns import INERTIA, X, campaign_file
 from harness import Command, run_folder
 
 from vessel_hsmc_ros import load_law_file, open_bag, simulate
-from vessel_hsmc_ros.campaign.dataset import Dataset, read_rows
-from vessel_hsmc_ros.campaign.execute import run_campaign
-from vessel_hsmc_ros.law.registry import Registry
+from vessel_hsmc_ros.control.interface.registry import Registry
+from vessel_hsmc_ros.studies.campaign.dataset import Dataset, read_rows
+from vessel_hsmc_ros.studies.campaign.execute import run_campaign
 
 pytest.importorskip("pyarrow")
 
@@ -48,7 +48,7 @@ def at_least(folder: Path, number: int) -> Callable[[], bool]:
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, bytes]]:
     """The files of the long campaign as this process computes them."""
-    from vessel_hsmc_ros.laws import LAWS
+    from vessel_hsmc_ros.control.laws import LAWS
 
     before = LAWS.others
     load_law_file(LAW_FILE)

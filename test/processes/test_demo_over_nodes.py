@@ -9,7 +9,7 @@ from harness import Command
 
 SHORT = """
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.runs import demonstration
+from vessel_hsmc_ros.studies.runs import demonstration
 
 demonstration.DURATION = 2.0
 cli(["demo"])

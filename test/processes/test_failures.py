@@ -24,7 +24,7 @@ from vessel_hsmc_ros.cli.command import execute
 from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.runs.processes import MODULES
+from vessel_hsmc_ros.nodes.runs.processes import MODULES
 
 STEPS = 100
 WELL_UNDER_WAY = 500_000
@@ -253,7 +253,7 @@ def test_a_second_run_and_a_second_plant_in_the_same_domain_are_refused_and_the_
 HANGS = """\
 import ctypes, sys
 from vessel_hsmc_ros.nodes import process
-from vessel_hsmc_ros.nodes.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 
 class Hanging(WatchdogNode):
     def destroy_node(self):

@@ -12,8 +12,8 @@ from harness import Command, children, command_line, run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.report.making import Options, make
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.simulation import compilation
+from vessel_hsmc_ros.simulation.offline import simulate
 
 Start = Callable[..., Command]
 
@@ -118,7 +118,7 @@ def test_vessels_in_real_time_keep_to_the_wall_clock(start: Start) -> None:
 
 
 def test_vessels_whose_namespace_is_in_use_are_refused(start: Start) -> None:
-    from vessel_hsmc_ros.runs.supervisor import exclusive
+    from vessel_hsmc_ros.nodes.runs.supervisor import exclusive
 
     with exclusive("vessel_2"):
         command = start("vessel-hsmc", "run", "case2_tracking", "--vessels", "2")

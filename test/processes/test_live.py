@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.messages.topics import WATCHED_TOPICS
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 client = pytest.importorskip("websockets.sync.client")
 pytest.importorskip("foxglove")

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from harness import BIN
 
-from vessel_hsmc_ros.paper import reproduction
-from vessel_hsmc_ros.paper.cases import CASES
+from vessel_hsmc_ros.studies.paper import reproduction
+from vessel_hsmc_ros.studies.paper.cases import CASES
 
 SHORT = [
     dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": 1.5})

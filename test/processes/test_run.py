@@ -23,8 +23,8 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.runs.offline import load_scenario, simulate
 from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 DURATION = 3.0
 COMMAND_LIMIT = 120.0

@@ -28,7 +28,16 @@ def copy(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("stray", ["vessel_hsmc_ros/stray.py", "vessel_hsmc_ros/stray/__init__.py", "vessel_sim_node/stray.py"])
+@pytest.mark.parametrize(
+    "stray",
+    [
+        "vessel_hsmc_ros/stray.py",
+        "vessel_hsmc_ros/stray/__init__.py",
+        "vessel_hsmc_ros/control/stray.py",
+        "vessel_hsmc_ros/studies/stray.py",
+        "vessel_sim_node/stray.py",
+    ],
+)
 def test_a_new_module_outside_the_rooms_breaks_a_contract(copy: Path, stray: str) -> None:
     (copy / stray).parent.mkdir(exist_ok=True)
     (copy / stray).write_text('"""A module that no contract names."""\n')

@@ -7,7 +7,7 @@ import pytest
 from guarantees import GUARANTEES, REMEDIES
 from pages import held_by, safety_page, with_defaults
 
-from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.reasons import Reason
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")

@@ -15,8 +15,8 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.run_data import MOTION
 from vessel_hsmc_ros.report import figures, making
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.simulation.offline import simulate
 
 ROOT = Path(__file__).parents[2]
 

@@ -23,8 +23,8 @@ from vessel_hsmc_ros.report.overlay import overlays
 from vessel_hsmc_ros.report.page_kit import Payload
 from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.record import Mark
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.simulation.offline import simulate
 
 Array = NDArray[Any]
 

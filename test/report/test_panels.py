@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from records import record
 
+from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
 from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.law.known_vessel import INSTANT
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.figures import jitter_intervals
 from vessel_hsmc_ros.report.panels import HELP, Panel, panels
 from vessel_hsmc_ros.report.record import Limit, Mark, limits, planned
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.simulation.offline import simulate
 
 GUIDED: dict[str, Any] = {"controller.law": "guided"}
 

@@ -9,9 +9,9 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, Si
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.plant.simulator import within
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.warnings import SHIPS, check_scenario
+from vessel_hsmc_ros.simulation.offline import simulate
 
 SHARED = "/**: {ros__parameters: {vessel: {surge_inertia: 500, sway_damping: 50.0, surge_force_limit: 300.0, length: 4.0}}}\n"
 LAW = "controller: {ros__parameters: {law: guided}}\n"

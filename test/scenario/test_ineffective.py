@@ -2,10 +2,10 @@
 
 import pytest
 
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.reference.factory import REFERENCES
+from vessel_hsmc_ros.guidance.factory import REFERENCES
 from vessel_hsmc_ros.scenario.ineffective import ineffective, rules_of
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.parameters import NODES

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import circle_for, coriolis_ratio, scale_of, sway_damping_rate

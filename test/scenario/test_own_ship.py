@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 import yaml
 
+from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, NOT_DECLARED
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.law.known_vessel import INSTANT, NOT_DECLARED
+from vessel_hsmc_ros.guidance.curve_motion import Demand
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
-from vessel_hsmc_ros.reference.curve_motion import Demand
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, scale_of, sway_damping_rate
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.scenario.warnings import check_scenario
+from vessel_hsmc_ros.simulation.offline import simulate
 
 BOAT = MainData(length=4.0, mass=500.0, surge_force_limit=300.0, yaw_moment_limit=250.0, wind=5.0)
 HULLS = {

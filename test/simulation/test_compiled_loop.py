@@ -8,16 +8,16 @@ import pytest
 from compiling import only_compiled
 from hulls import COUPLING
 
+from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.control.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
-from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.laws.pd import PdController, PdParameters
 from vessel_hsmc_ros.report.record import measured
-from vessel_hsmc_ros.runs.batch import simulate_many, simulate_one
-from vessel_hsmc_ros.runs.offline import ClosedLoop, simulate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, scenario_names
 from vessel_hsmc_ros.simulation.compile import compilable_laws
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import InterpretedLoop
+from vessel_hsmc_ros.simulation.offline import ClosedLoop, simulate
+from vessel_hsmc_ros.studies.runs.batch import simulate_many, simulate_one
 
 SECONDS = 3.0
 GENTLE = {"controller.hierarchical_printed.yaw_reaching_gain": 5.0, "controller.hierarchical_printed.surge_reaching_gain": 5.0}

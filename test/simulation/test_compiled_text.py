@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from compiling import as_plain_python
 
-from vessel_hsmc_ros.campaign.ship_expansion import expand
-from vessel_hsmc_ros.campaign.ship_family import ShipFamily
-from vessel_hsmc_ros.control.control_loop import ages
-from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.loop.control_loop import ages
+from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.run_data import Published, Run
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation import recorded_loop
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
+from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
+from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily
 
 STRANGER = expand(
     ShipFamily(

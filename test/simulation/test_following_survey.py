@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros.report.record import measured
-from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 RATE, LOST_FROM = 10.0, 20.0
 SURVEY: dict[str, Any] = {

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.control_loop import ages
-from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.loop.control_loop import ages
+from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.runs.offline import simulate
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation import recorded_loop
+from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 
 

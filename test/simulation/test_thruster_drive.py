@@ -5,8 +5,8 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.runs.offline import ClosedLoop
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 CASE2 = share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"
 SLOW = {

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.allocated_forces import THRUST, TURN, Allocator
-from vessel_hsmc_ros.control.allocation import allocate, allocated_wrench, allocator, new_state
+from vessel_hsmc_ros.control.loop.allocated_forces import THRUST, TURN, Allocator
+from vessel_hsmc_ros.control.loop.allocation import allocate, allocated_wrench, allocator, new_state
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.thruster_layout import AZIMUTH, FIXED, ThrusterLayout
 from vessel_hsmc_ros.plant.thruster_plant import ThrusterState, hull_wrench, thrusters_of

@@ -5,7 +5,7 @@ from pathlib import Path
 from vessel_hsmc_ros.bags.cdr_columns import MessageType
 from vessel_hsmc_ros.bags.reader import Bag, Series, open_bag
 from vessel_hsmc_ros.bags.run_to_bag import write_bag
-from vessel_hsmc_ros.runs.offline import ClosedLoop
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 WALL_TIME = {"/controller/state": "compute_time"}
 """Fields that are measured on the wall clock, by topic."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import yaml
 
-from vessel_hsmc_ros.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
 
 INERTIA = "controller.vessel.surge_inertia"
 X = "vessel_sim.initial_pose[0]"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Topic
+from vessel_hsmc_ros.preflight.connection import Connection, Endpoint, Topic
 
 
 def changed(connection: Connection, topic: str, **changes: Any) -> Connection:

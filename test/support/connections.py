@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.connection import Connection, Endpoint, Finding, Topic
-from vessel_hsmc_ros.scenario.connection import connection_of, values_of
+from vessel_hsmc_ros.preflight.connection import Connection, Endpoint, Finding, Topic
+from vessel_hsmc_ros.preflight.expected import connection_of, values_of
 
 STEP, SECONDS = 0.02, 45.0
 SHIP = {"vessel.length": 5.0, "vessel.surge_inertia": 550.0, "vessel.yaw_inertia": 700.0}

@@ -7,12 +7,12 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.terms import Terms
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_timer
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS

@@ -3,8 +3,8 @@
 import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.types import Measurements, vessel
-from vessel_hsmc_ros.identification.windows import simulated, windows
+from vessel_hsmc_ros.studies.identification.types import Measurements, vessel
+from vessel_hsmc_ros.studies.identification.windows import simulated, windows
 
 CYBERSHIP2 = {
     "surge_inertia": 25.8,

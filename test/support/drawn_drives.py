@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.safety.connection import WRONG, Connection, Endpoint, Topic
-from vessel_hsmc_ros.safety.connection_rules import judge
-from vessel_hsmc_ros.scenario.connection import connection_of, values_of
+from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Endpoint, Topic
+from vessel_hsmc_ros.preflight.expected import connection_of, values_of
+from vessel_hsmc_ros.preflight.rules import judge
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 
 STEP = 0.05

@@ -6,11 +6,11 @@ from typing import Any
 
 from fuzz_findings import Finding, decided
 
-from vessel_hsmc_ros.campaign.plan import Campaign
-from vessel_hsmc_ros.campaign.plan_file import KEYS, Source
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.campaign.plan_file import KEYS, Source
 
 DRAWS = 5
 """Draws of an accepted campaign whose values are looked at."""

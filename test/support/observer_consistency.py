@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_filter import ObserverConstants, ObserverState, observe
+from vessel_hsmc_ros.control.loop.observer import Observer
+from vessel_hsmc_ros.control.loop.observer_filter import ObserverConstants, ObserverState, observe
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.run_data import Run

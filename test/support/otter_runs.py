@@ -6,10 +6,10 @@ import numpy as np
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.identification.types import HULL, Measurements, vessel
-from vessel_hsmc_ros.identification.windows import simulated, windows
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
+from vessel_hsmc_ros.studies.identification.types import HULL, Measurements, vessel
+from vessel_hsmc_ros.studies.identification.windows import simulated, windows
 
 _SHIP = schema.flatten(ship_of(read_vessel("otter").values))
 OTTER = {name: float(str(_SHIP[name])) for name in HULL}

@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 from controller_without_ros import ControllerWithoutRos, Pair
 
+from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
+from vessel_hsmc_ros.control.safety.parameters import ACTIONS
+from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
-from vessel_hsmc_ros.safety.parameters import ACTIONS
-from vessel_hsmc_ros.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.safety.samples import Sample
 
 PERIOD = 100_000_000
 """Control period, ns."""

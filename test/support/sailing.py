@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from vessel_hsmc_ros.control.observer import Observer
-from vessel_hsmc_ros.control.observer_model import ObserverParameters
+from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
+from vessel_hsmc_ros.control.loop.observer import Observer
+from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.law.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator

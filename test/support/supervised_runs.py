@@ -10,22 +10,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.safety.monitors import Alarm
+from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.samples import Freshness, Jumps, Sample, Verdict
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.control_diagnostics import CONDITION_LIMIT, correlation_condition
-from vessel_hsmc_ros.runs.offline import ClosedLoop
-from vessel_hsmc_ros.safety.monitors import Alarm
-from vessel_hsmc_ros.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.safety.samples import Freshness, Jumps, Sample, Verdict
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 SURFACES = ("surge_surface", "sway_surface", "heading_surface", "yaw_surface")
 NORMS = ("surge_weight_norm", "sway_weight_norm", "yaw_weight_norm")

@@ -5,7 +5,7 @@ A name in braces, such as {controller.input_timeout}, stands for the default of 
 
 from typing import NamedTuple
 
-from vessel_hsmc_ros.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.reasons import Reason
 
 
 class Guarantee(NamedTuple):
@@ -38,15 +38,16 @@ NEXT = "with the next good sample"
 ROS_TIME = "ROS time, by the stamp"
 PERIODS = "control periods"
 
-FRESH, STATES, PLAUSIBLE = (f"safety/test_{name}.py" for name in ("freshness", "supervision", "plausibility"))
-CLOCK, CONTROLLER, PLANT, THRUSTERS, WATCHDOG = (
+FRESH, STATES, PLAUSIBLE = (f"control/safety/test_{name}.py" for name in ("freshness", "supervision", "plausibility"))
+CLOCK, CONTROLLER, PLANT, THRUSTERS = (
     f"nodes/test_{name}.py"
-    for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node", "watchdog_node")
+    for name in ("controller_clock", "controller_safety", "vessel_sim_real_time", "thruster_allocation_node")
 )
+WATCHDOG = "boats/nodes/test_watchdog_node.py"
 STANDBY = "nodes/test_standby.py"
-MAVLINK = "nodes/test_mavlink_node.py"
-PX4 = "nodes/test_px4_node.py"
-FORMS = "nodes/test_faults_of_forms.py"
+MAVLINK = "boats/nodes/test_mavlink_node.py"
+PX4 = "boats/nodes/test_px4_node.py"
+FORMS = "boats/nodes/test_faults_of_forms.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
 
@@ -158,9 +159,9 @@ GUARANTEES: tuple[Guarantee, ...] = (
         "velocities of a moving ship that fit, or `~/reset`: a ship at rest shows nothing",
         (Reason.VELOCITY,),
         (
-            "safety/test_velocities.py::test_wrong_velocities_are_named_and_demand_the_safe_action_within_ten_seconds",
-            "safety/test_velocities.py::test_velocities_that_fit_give_no_alarm",
-            "control/test_velocity_watch.py::test_velocities_in_the_frame_of_the_pose_lead_to_the_safe_action",
+            "control/safety/test_velocities.py::test_wrong_velocities_are_named_and_demand_the_safe_action_within_ten_seconds",
+            "control/safety/test_velocities.py::test_velocities_that_fit_give_no_alarm",
+            "control/loop/test_velocity_watch.py::test_velocities_in_the_frame_of_the_pose_lead_to_the_safe_action",
         ),
     ),
     Guarantee(
@@ -182,7 +183,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
         (
             f"{STATES}::test_activation_leads_from_zero_to_the_law_at_the_bounded_rate",
             f"{STATES}::test_the_command_keeps_the_bounded_rate_after_a_change_of_law_or_gains",
-            "safety/test_output_guard.py::test_a_handover_never_exceeds_its_rate_and_never_overshoots",
+            "control/safety/test_output_guard.py::test_a_handover_never_exceeds_its_rate_and_never_overshoots",
             f"{CONTROLLER}::test_the_law_begins_to_command_at_a_bounded_rate_after_fresh_samples",
             f"{CONTROLLER}::test_a_changed_gain_and_a_reset_move_the_command_at_a_bounded_rate",
         ),
@@ -234,7 +235,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
         "by a start with the whole hull",
         (Reason.IN_STANDBY,),
         (
-            "safety/test_enabling.py::test_a_boat_is_enabled_with_all_of_its_hull_data_only",
+            "control/safety/test_enabling.py::test_a_boat_is_enabled_with_all_of_its_hull_data_only",
             f"{STANDBY}::test_a_controller_with_a_part_of_a_hull_does_not_start_and_is_not_enabled",
             f"{STANDBY}::test_a_controller_without_hull_data_is_not_enabled",
             f"{STANDBY}::test_a_renamed_controller_whose_section_is_not_met_is_not_enabled",
@@ -307,8 +308,8 @@ GUARANTEES: tuple[Guarantee, ...] = (
         (Reason.SHUTTING_DOWN,),
         (
             "nodes/test_allocation_steps.py::test_at_its_end_it_leaves_no_thrust_and_no_shaft_speed",
-            "nodes/test_watchdog_steps.py::test_at_its_end_it_leaves_zero_with_stamps_that_no_consumer_takes_for_repetitions",
-            "nodes/test_drive_steps.py::test_at_its_end_it_leaves_zero_whether_it_commands_or_ramps",
+            "boats/nodes/test_watchdog_steps.py::test_at_its_end_it_leaves_zero_with_stamps_that_no_consumer_takes_for_repetitions",
+            "boats/nodes/test_drive_steps.py::test_at_its_end_it_leaves_zero_whether_it_commands_or_ramps",
         ),
     ),
     Guarantee(
@@ -324,7 +325,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
             f"{PLANT}::test_commands_of_a_controller_that_was_stopped_and_continues_are_refused",
             f"{THRUSTERS}::test_without_a_command_for_the_time_out_the_thrust_is_zero",
             f"{WATCHDOG}::test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return",
-            "nodes/test_drive_node.py::test_without_commands_the_output_ramps_to_zero_and_then_ends",
+            "boats/nodes/test_drive_node.py::test_without_commands_the_output_ramps_to_zero_and_then_ends",
         ),
     ),
     Guarantee(

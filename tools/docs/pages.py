@@ -10,9 +10,9 @@ from pathlib import Path
 
 from guarantees import GUARANTEES, REMEDIES
 
+from vessel_hsmc_ros.boats.interfaces import Interface, commands, interfaces
+from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.scenario.interfaces import Interface, commands, interfaces
 from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -87,7 +87,7 @@ with `--model JSON:127.0.0.1`. Every frame of the autopilot advances the ship by
 autopilot's `SCHED_LOOP_RATE`; a frame that is sent again is answered again, and with a new start of the autopilot the ship starts
 anew. `--servos` names the outputs: 1 and 3, left and right by `SERVO1_FUNCTION` 73 and `SERVO3_FUNCTION` 74, or one for each of
 the vessel's fixed thrusters. The autopilot simulates sensors of its own; those of the scenario do not count. The interface is
-tested against a peer of plain sockets (`test/runs/test_ardupilot_physics.py`), and was run with ArduRover of May 2024, in LOITER
+tested against a peer of plain sockets (`test/boats/test_ardupilot_physics.py`), and was run with ArduRover of May 2024, in LOITER
 and in AUTO.
 """
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import yaml
 
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.node_list import ALLOCATION
-from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml
 from vessel_hsmc_ros.scenario.parameters import NODES, declared
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters

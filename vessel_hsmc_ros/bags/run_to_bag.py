@@ -14,13 +14,13 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vessel_hsmc_ros.bags.cdr_columns import MessageType
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
+from vessel_hsmc_ros.control.safety.reasons import Operation
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.conversions import BODY, WORLD
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, definition
-from vessel_hsmc_ros.safety.reasons import Operation
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 

@@ -2,12 +2,12 @@
 
 import click
 
+from vessel_hsmc_ros.boats.ardupilot import PORT, Physics, Wiring, serve
+from vessel_hsmc_ros.boats.mavlink_messages import Pulses
 from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import load_checked, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.quantities import number_of
-from vessel_hsmc_ros.messages.mavlink import Pulses
-from vessel_hsmc_ros.runs.ardupilot import PORT, Physics, Wiring, serve
 
 
 @click.command()

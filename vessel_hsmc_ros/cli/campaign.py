@@ -61,8 +61,8 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
     """
     if workers and scheduler:
         raise click.UsageError("give --workers for this machine or --scheduler for a cluster, not both")
-    from vessel_hsmc_ros.campaign.execute import default_folder, run_campaign  # imports the libraries of campaigns
-    from vessel_hsmc_ros.campaign.plan import Campaign
+    from vessel_hsmc_ros.studies.campaign.execute import default_folder, run_campaign  # imports the libraries of campaigns
+    from vessel_hsmc_ros.studies.campaign.plan import Campaign
 
     plan = Campaign.load(file, runs, seed)
     folder = output or (Path(file) if Path(file).is_dir() else default_folder(plan))
@@ -113,7 +113,7 @@ def report(folder: Path, output: Path | None) -> None:
     draws, which parameters matter, and the worst runs with the commands that repeat them. Its diagrams are saved as PNG files in
     figures/ beside the page, too.
     """
-    from vessel_hsmc_ros.campaign.report import make_report  # imports the libraries of campaigns
+    from vessel_hsmc_ros.studies.campaign.report import make_report  # imports the libraries of campaigns
 
     words, files = make_report(folder, output)
     for sentence in words:

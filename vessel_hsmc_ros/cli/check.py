@@ -9,15 +9,15 @@ import click
 from rich.console import Console
 from rich.markup import escape
 
+from vessel_hsmc_ros.boats.interfaces import interface
 from vessel_hsmc_ros.cli.options import json_option, print_json, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import require
-from vessel_hsmc_ros.safety.connection import OK, WRONG, Connection, Finding
-from vessel_hsmc_ros.safety.connection_rules import judge
-from vessel_hsmc_ros.scenario.interfaces import interface
+from vessel_hsmc_ros.preflight.connection import OK, WRONG, Connection, Finding
+from vessel_hsmc_ros.preflight.rules import judge
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.scenario.interfaces import Interface
+    from vessel_hsmc_ros.boats.interfaces import Interface
 
 LEVEL_LABELS = {OK: "[green]OK   [/]", "todo": "[yellow]TO DO[/]", WRONG: "[red]WRONG[/]"}
 
@@ -75,8 +75,8 @@ def check(
 
 def _recorded(bag: Path, stack: Interface | None) -> Connection:
     require("lz4", "mcap", "rosbags", "zstandard")
-    from vessel_hsmc_ros.bags.connection import connection_in
     from vessel_hsmc_ros.bags.reader import open_bag
+    from vessel_hsmc_ros.preflight.from_bag import connection_in
 
     return connection_in(open_bag(bag), stack)
 
@@ -85,7 +85,7 @@ def _observed(
     namespace: str, stack: Interface | None, limit: float, size: tuple[float, float] | None, confirmed: bool
 ) -> Connection:
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.connection_check import LiveConnection
+        from vessel_hsmc_ros.preflight.live import LiveConnection
 
         live = LiveConnection(remote, stack)
         if size and not confirmed:

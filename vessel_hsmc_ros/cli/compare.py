@@ -20,15 +20,15 @@ from vessel_hsmc_ros.cli.options import (
     set_option,
     workers_option,
 )
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import meant
-from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.runs.comparison import LawRun
+    from vessel_hsmc_ros.studies.compare.comparison import LawRun
 
 MAX_DETAILED_ROWS = 3  # largest number of rows that are printed in a table each; more are printed in one overview
 
@@ -59,7 +59,7 @@ def compare(
     given instead of scenarios, nothing is simulated: the command prints their metrics and writes one page that overlays them,
     as `report` does.
     """
-    from vessel_hsmc_ros.runs import comparison, comparison_page  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.compare import comparison, comparison_page  # imports the libraries of reports
 
     if recorded := [Path(name) for name in scenarios if is_recorded(name)]:
         if len(recorded) < len(scenarios) or changes or any(each is not None for each in (suite, laws, rate_hz)):
@@ -100,7 +100,7 @@ def is_recorded(name: str) -> bool:
 def compare_runs(runs: Sequence[Path], output: Path) -> None:
     """Print the metrics of recorded runs, and write their common page."""
     from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
-    from vessel_hsmc_ros.runs.comparison import compare_bags
+    from vessel_hsmc_ros.studies.compare.comparison import compare_bags
 
     bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
     done = compare_bags(bags, make_run_folder(output, "compare"))
@@ -112,7 +112,7 @@ def compare_runs(runs: Sequence[Path], output: Path) -> None:
 def chosen(laws: str | None) -> list[str]:
     """Parse the names of `--laws`. Raises ParameterError if a name is not the name of a law, or is there twice."""
     if laws is None:
-        from vessel_hsmc_ros.runs.comparison import default_laws
+        from vessel_hsmc_ros.studies.compare.comparison import default_laws
 
         return default_laws()
     names = [name.strip() for name in laws.split(",") if name.strip()]
@@ -126,7 +126,7 @@ def chosen(laws: str | None) -> list[str]:
 
 def print_outcomes(outcomes: Sequence["LawRun"]) -> None:
     """Print a table for each row, or one overview of many rows, and the notes."""
-    from vessel_hsmc_ros.runs import comparison_page
+    from vessel_hsmc_ros.studies.compare import comparison_page
 
     rows = comparison_page.by_row(outcomes)
     if len(rows) <= MAX_DETAILED_ROWS:

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
 from vessel_hsmc_ros.core.exceptions import BagError
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.runs.scenario_run import Result
+    from vessel_hsmc_ros.studies.runs.scenario_run import Result
 
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.cli.options import output_option
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.runs.scenario_run import Result
+    from vessel_hsmc_ros.studies.runs.scenario_run import Result
 
 
 @click.command()
@@ -24,7 +24,7 @@ def demo(output: Path) -> None:
     The command prints a table of both runs and writes a page that overlays them. Each run keeps a folder of its own with its
     recording. Both run at the same time where there are two cores. This takes a minute or two.
     """
-    from vessel_hsmc_ros.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags, run_laws
+    from vessel_hsmc_ros.studies.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags, run_laws
 
     check_writable(output)
     with progress_bar(f"running {SCENARIO} with the laws {' and '.join(LAWS)}", len(LAWS) * DURATION) as update:

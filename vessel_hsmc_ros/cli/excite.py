@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from vessel_hsmc_ros.core.run_data import Run
-    from vessel_hsmc_ros.identification.excitation import Step
     from vessel_hsmc_ros.plant.dynamics import ShipParameters
+    from vessel_hsmc_ros.studies.identification.excitation import Step
 
 
 @click.command()
@@ -41,8 +41,8 @@ def excite(ship: str, output: Path | None) -> None:
     moment without feedback. Simulate it, or sail it with your own boat and record a bag, and pass the bag to
     `vessel-hsmc identify`. The command prints the manoeuvres and the space that they need.
     """
-    from vessel_hsmc_ros.identification.excitation import excitation, scenario_text
-    from vessel_hsmc_ros.runs.offline import simulate
+    from vessel_hsmc_ros.simulation.offline import simulate
+    from vessel_hsmc_ros.studies.identification.excitation import excitation, scenario_text
 
     data, section = _ship(ship)
     scale = scale_of(data)
@@ -103,7 +103,7 @@ def _is_vessel_file(path: Path) -> bool:
 
 def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:
     """A row for each manoeuvre: its inputs, and what the present data predict."""
-    from vessel_hsmc_ros.identification.excitation import manoeuvres, starts
+    from vessel_hsmc_ros.studies.identification.excitation import manoeuvres, starts
 
     times, rows = starts(steps), []
     for first, last in manoeuvres(steps):

@@ -9,11 +9,11 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
 from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
+from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
-from vessel_hsmc_ros.law.inputs import dynamics, unit_time
-from vessel_hsmc_ros.runs.margins import Study, shortcomings, study
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.studies.certificates.margins import Study, shortcomings, study
 
 
 @click.command()

@@ -13,9 +13,9 @@ from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, Param
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.identification.page import HeldOut
-    from vessel_hsmc_ros.identification.types import Identified, Measurements
     from vessel_hsmc_ros.scenario.vessels import LibraryVessel
+    from vessel_hsmc_ros.studies.identification.page import HeldOut
+    from vessel_hsmc_ros.studies.identification.types import Identified, Measurements
 
 
 @click.command()
@@ -65,10 +65,10 @@ def identify(
     surge_force, yaw_moment, and u, v, r where measured. Writes NAME.yaml, a vessel that scenarios and `vessel-hsmc init`
     take, and NAME.html, which shows measured against simulated motion and how well each parameter is known.
     """
-    from vessel_hsmc_ros.identification.estimate import identify as estimate
-    from vessel_hsmc_ros.identification.types import MODELS, model
     from vessel_hsmc_ros.scenario.own_ship import ship_of
     from vessel_hsmc_ros.scenario.vessels import read_vessel
+    from vessel_hsmc_ros.studies.identification.estimate import identify as estimate
+    from vessel_hsmc_ros.studies.identification.types import MODELS, model
 
     chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
     start = None if vessel is None else read_vessel(vessel)
@@ -91,7 +91,7 @@ def identify(
 
 def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> None:
     """Check before the identification that its files can be written, and that they replace none but those of an earlier one."""
-    from vessel_hsmc_ros.identification.page import check_known, is_identified
+    from vessel_hsmc_ros.studies.identification.page import check_known, is_identified
 
     check_known(_known(options, start, {}))
     vessel = options["output"] / f"{options['name']}.yaml"
@@ -103,7 +103,7 @@ def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> Non
 
 def _known(options: dict[str, Any], start: "LibraryVessel | None", estimated: Mapping[str, float]) -> dict[str, object]:
     """What is known of the ship beside the estimates, by the names in a vessel file."""
-    from vessel_hsmc_ros.identification.page import known_of
+    from vessel_hsmc_ros.studies.identification.page import known_of
 
     known = known_of(start.values, estimated) if start else {}
     return known | {key: options[key] for key in ("length", "beam") if options[key] is not None}
@@ -119,7 +119,7 @@ def _columns(given: Sequence[str]) -> dict[str, str]:
 
 def _measurements(path: Path, columns: dict[str, str], topics: dict[str, Any]) -> "Measurements":
     """The motion in a bag or CSV file."""
-    from vessel_hsmc_ros.identification.measurements import from_bag, from_csv
+    from vessel_hsmc_ros.studies.identification.measurements import from_bag, from_csv
 
     try:
         return from_csv(path, columns) if path.suffix.lower() == ".csv" else from_bag(path, **topics)
@@ -132,10 +132,10 @@ def _judged(
 ) -> "list[HeldOut]":
     """Predictions of the held-out runs, by the identified ship and by the start vessel."""
     from vessel_hsmc_ros.core import schema
-    from vessel_hsmc_ros.identification.page import HeldOut
-    from vessel_hsmc_ros.identification.steady_load import steady_load
-    from vessel_hsmc_ros.identification.windows import predict
     from vessel_hsmc_ros.scenario.own_ship import ship_of
+    from vessel_hsmc_ros.studies.identification.page import HeldOut
+    from vessel_hsmc_ros.studies.identification.steady_load import steady_load
+    from vessel_hsmc_ros.studies.identification.windows import predict
 
     before = schema.flatten(ship_of(start.values)) if start else {}
     hull = {name: float(before[name]) for name in found.values if name in before}  # type: ignore[arg-type]
@@ -158,7 +158,7 @@ def _write(
     start: "LibraryVessel | None",
 ) -> None:
     """Write vessel file and page."""
-    from vessel_hsmc_ros.identification.page import errors, render, vessel_text
+    from vessel_hsmc_ros.studies.identification.page import errors, render, vessel_text
 
     name, output = options["name"], options["output"]
     known = _known(options, start, found.values)
@@ -172,7 +172,13 @@ def _write(
 
 def _print(runs: "Sequence[Measurements]", found: "Identified", judged: "Sequence[HeldOut]") -> None:
     """Print the parameters, the prediction errors, and what the runs do not determine."""
-    from vessel_hsmc_ros.identification.page import ERRORS_HEAD, PARAMETERS_HEAD, errors_table, explanations, parameters_table
+    from vessel_hsmc_ros.studies.identification.page import (
+        ERRORS_HEAD,
+        PARAMETERS_HEAD,
+        errors_table,
+        explanations,
+        parameters_table,
+    )
 
     print_table(PARAMETERS_HEAD[:5], [line[:5] for line in parameters_table(found)])
     print_table(ERRORS_HEAD, errors_table(runs, found, judged))

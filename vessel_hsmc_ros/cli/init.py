@@ -9,11 +9,11 @@ from typing import Any
 
 import click
 
+from vessel_hsmc_ros.boats.interfaces import interface, interface_text
 from vessel_hsmc_ros.cli.console import print_line, print_warning
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
-from vessel_hsmc_ros.scenario.interfaces import interface, interface_text
 from vessel_hsmc_ros.scenario.own_ship import (
     OVERRIDES,
     MainData,
@@ -132,7 +132,7 @@ def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool
 
 def _check(scenario: Scenario) -> None:
     """Simulate the scenario and print what its ship can do."""
-    from vessel_hsmc_ros.runs.ship_check import check_ship, verdict
+    from vessel_hsmc_ros.studies.runs.ship_check import check_ship, verdict
 
     check = check_ship(scenario)
     *lines, last = verdict(check)

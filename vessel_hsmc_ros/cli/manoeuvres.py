@@ -8,12 +8,12 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import interpreted_option, output_option, parse_changes, set_option
-from vessel_hsmc_ros.manoeuvres.run import PLANS
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.vessels import vessel_names
+from vessel_hsmc_ros.studies.manoeuvres.run import PLANS
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.manoeuvres.run import Results
+    from vessel_hsmc_ros.studies.manoeuvres.run import Results
 
 
 @click.command()
@@ -37,9 +37,9 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
     argument all vessels of the library are simulated. The water is calm. The run folder receives a page with tracks and metrics,
     the metrics as CSV, and a scenario for each manoeuvre, which `vessel-hsmc run` takes.
     """
-    from vessel_hsmc_ros.manoeuvres.run import run  # imports the libraries of reports
-    from vessel_hsmc_ros.manoeuvres.ship import ship_named
-    from vessel_hsmc_ros.manoeuvres.tables import TITLES, overview
+    from vessel_hsmc_ros.studies.manoeuvres.run import run  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.manoeuvres.ship import ship_named
+    from vessel_hsmc_ros.studies.manoeuvres.tables import TITLES, overview
 
     named = list(ships or vessel_names())
     scaled = [ship_named(name, parse_changes(changes)) for name in named]
@@ -69,7 +69,7 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
 
 def print_results(results: "Results") -> None:
     """Print the metrics of a ship, a table for each manoeuvre, with what one must know to judge them."""
-    from vessel_hsmc_ros.manoeuvres.tables import APPLIES, SOURCE, TITLES, notes, rows
+    from vessel_hsmc_ros.studies.manoeuvres.tables import APPLIES, SOURCE, TITLES, notes, rows
 
     for name, done in results.manoeuvres.items():
         lines = [[row.label, row.value, row.lengths, row.limit, row.verdict] for row in rows(results) if row.manoeuvre == name]
@@ -80,7 +80,7 @@ def print_results(results: "Results") -> None:
 
 
 def _write(name: str, results: "Results", output: Path) -> None:
-    from vessel_hsmc_ros.manoeuvres import page  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.manoeuvres import page  # imports the libraries of reports
 
     for kind, path in page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results).items():
         print_line(f"{kind}: {path}")

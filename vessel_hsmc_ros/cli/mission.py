@@ -11,12 +11,7 @@ from typing import Any
 import click
 from rich.markup import escape
 
-from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
-from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
-from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
-from vessel_hsmc_ros.core.install_paths import shell_command
-from vessel_hsmc_ros.core.node_list import REFERENCE
-from vessel_hsmc_ros.missions.legs import (
+from vessel_hsmc_ros.boats.missions.legs import (
     completed,
     leaving_fence,
     parameters_of,
@@ -27,9 +22,14 @@ from vessel_hsmc_ros.missions.legs import (
     unsendable,
     way_leaving_fence,
 )
-from vessel_hsmc_ros.missions.mission import Mission, Pair, Refused
-from vessel_hsmc_ros.missions.placing import Placed, datum_of, placed
-from vessel_hsmc_ros.missions.reading import read_mission
+from vessel_hsmc_ros.boats.missions.mission import Mission, Pair, Refused
+from vessel_hsmc_ros.boats.missions.placing import Placed, datum_of, placed
+from vessel_hsmc_ros.boats.missions.reading import read_mission
+from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
+from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
+from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import shell_command
+from vessel_hsmc_ros.core.node_list import REFERENCE
 from vessel_hsmc_ros.scenario.own_ship import MARGIN
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 
@@ -238,7 +238,7 @@ def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
     Raises:
         GoalError: the planned way leaves the fence of the mission.
     """
-    from vessel_hsmc_ros.reference.factory import make_reference
+    from vessel_hsmc_ros.guidance.factory import make_reference
 
     changes = {f"reference_ship.{key}": value for key, value in values.items()}
     p = load_checked(name, changes).reference_ship

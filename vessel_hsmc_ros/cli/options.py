@@ -23,9 +23,9 @@ from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario
 from vessel_hsmc_ros.simulation import compilation
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.campaign.dataset import Row
     from vessel_hsmc_ros.nodes.remote import Remote
-    from vessel_hsmc_ros.runs.scenario_run import Result
+    from vessel_hsmc_ros.studies.campaign.dataset import Row
+    from vessel_hsmc_ros.studies.runs.scenario_run import Result
 
 
 def complete_scenario(_context: click.Context, _argument: click.Parameter, typed: str) -> list[CompletionItem]:
@@ -244,7 +244,7 @@ def of_row(scenario: str | None, folder: Path | None, number: int | None, change
     if folder is None or number is None or scenario is not None or changed:
         without = "SCENARIO, --set, --real-time and --faults"
         raise click.UsageError(f"to repeat a run of a campaign give --campaign and --run, without {without}")
-    from vessel_hsmc_ros.campaign.dataset import Row  # imports the libraries of campaigns
+    from vessel_hsmc_ros.studies.campaign.dataset import Row  # imports the libraries of campaigns
 
     return Row.read(folder, number)
 

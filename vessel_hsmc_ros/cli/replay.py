@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # what reads bags takes a while to import
     from pathlib import Path
 
     from vessel_hsmc_ros.bags.reader import Bag
-    from vessel_hsmc_ros.runs.verification import Verification
+    from vessel_hsmc_ros.studies.runs.verification import Verification
 
 AXES = (("surge force", "N"), ("yaw moment", "N·m"))
 
@@ -91,7 +91,7 @@ def replay(
 
 
 def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
-    from vessel_hsmc_ros.runs.verification import parameter_changes, verify, version_note
+    from vessel_hsmc_ros.studies.runs.verification import parameter_changes, verify, version_note
 
     scenario = bag.scenario(parse_changes(edits), namespace=bag.namespace(namespace))
     with Console(stderr=True).status("recomputing every command"):
@@ -126,7 +126,7 @@ def verdict(result: Verification) -> list[str]:
 
 
 def _rerun(bag: Bag, changes: tuple[str, ...], namespace: str | None, output: Path) -> None:
-    from vessel_hsmc_ros.runs.verification import rerun
+    from vessel_hsmc_ros.studies.runs.verification import rerun
 
     with Console(stderr=True).status("running the scenario again"):
         made = rerun(bag, parse_changes(changes, "--with"), namespace, output)

@@ -6,14 +6,14 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import interpreted_option
-from vessel_hsmc_ros.paper import reproduction
-from vessel_hsmc_ros.paper.case_run import duration_of
-from vessel_hsmc_ros.paper.cases import CASES, LAWS, REPAIRED, of_law
-from vessel_hsmc_ros.paper.checks import Results
-from vessel_hsmc_ros.paper.claims import CLAIMS
-from vessel_hsmc_ros.paper.claims_page import claim_row, claims_that_hold, finding_row
-from vessel_hsmc_ros.paper.errata import FINDINGS
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
+from vessel_hsmc_ros.studies.paper import reproduction
+from vessel_hsmc_ros.studies.paper.case_run import duration_of
+from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, REPAIRED, of_law
+from vessel_hsmc_ros.studies.paper.checks import Results
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS
+from vessel_hsmc_ros.studies.paper.claims_page import claim_row, claims_that_hold, finding_row
+from vessel_hsmc_ros.studies.paper.errata import FINDINGS
 
 
 @click.command()

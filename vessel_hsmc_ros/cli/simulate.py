@@ -19,9 +19,9 @@ from vessel_hsmc_ros.cli.options import (
     run_output_options,
     set_option,
 )
-from vessel_hsmc_ros.runs import scenario_run
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 from vessel_hsmc_ros.scenario.warnings import check_goals
+from vessel_hsmc_ros.studies.runs import scenario_run
 
 
 @click.command()

@@ -59,7 +59,7 @@ def sweep(
     given = parse_changes(changes)
     load_checked(scenario, given, varied=True)
     check_writable(output)
-    from vessel_hsmc_ros.runs import sweep as sweeps  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.compare import sweep as sweeps  # imports the libraries of reports
 
     axes = [sweeps.parse_axis(text) for text in parameters]
     sweeps.check_metrics(metrics)
@@ -72,7 +72,7 @@ def sweep(
             update(number, f"{number} of {len(planned)}: {values}")
 
         outcomes = sweeps.run_all(planned, workers, show)
-    from vessel_hsmc_ros.runs import sweep_page  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.compare import sweep_page  # imports the libraries of reports
 
     head, lines = sweep_page.table(axes, outcomes, metrics)
     if len(lines) <= MAX_TABLE_ROWS:

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.tuning.result import Result
+    from vessel_hsmc_ros.studies.tuning.result import Result
 
 
 @click.command()
@@ -76,10 +76,10 @@ def tune(
     --trials.
     """
     # Imported here: Optuna takes half a second, which the other verbs need not spend.
-    from vessel_hsmc_ros.tuning.files import write
-    from vessel_hsmc_ros.tuning.gains import parse_gains
-    from vessel_hsmc_ros.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases
-    from vessel_hsmc_ros.tuning.result import tune as run_tuning
+    from vessel_hsmc_ros.studies.tuning.files import write
+    from vessel_hsmc_ros.studies.tuning.gains import parse_gains
+    from vessel_hsmc_ros.studies.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases
+    from vessel_hsmc_ros.studies.tuning.result import tune as run_tuning
 
     given = parse_changes(changes)
     runs = load_cases(source, given | ({} if law is None else {LAW: law}))
@@ -111,8 +111,8 @@ def _folder(output: Path | None, name: str) -> Path:
 
 def _print(result: "Result") -> None:
     """Print present and tuned gains, and what the change is worth."""
-    from vessel_hsmc_ros.tuning.files import GAINS_HEAD, gains_table
-    from vessel_hsmc_ros.tuning.result import verdict
+    from vessel_hsmc_ros.studies.tuning.files import GAINS_HEAD, gains_table
+    from vessel_hsmc_ros.studies.tuning.result import verdict
 
     print_table(GAINS_HEAD, gains_table(result))
     for line in verdict(result):

@@ -1,1 +1,1 @@
-"""The control loop, which runs a law at a fixed rate, and the state observer."""
+"""The control of a vessel: interface of laws, laws, loop, safety."""

@@ -11,6 +11,7 @@ class NodeProgram(NamedTuple):
     kind: str  # the name of its class
     executable: str  # what `ros2 run` runs
     libraries: tuple[str, ...] = ()  # the modules that it imports beside ROS, NumPy and PyYAML
+    parameters: str = ""  # module and class of its parameters, where they are not part of a scenario
 
     @property
     def module(self) -> str:
@@ -36,13 +37,49 @@ LOOP = {
 """The nodes of a closed loop, whose parameters make a scenario."""
 
 WATCHERS = {
-    "live": NodeProgram("vessel_hsmc_ros.nodes.live", "LiveNode", "live_node", ("foxglove",)),
-    "markers": NodeProgram("vessel_hsmc_ros.nodes.markers", "MarkerNode", "marker_node"),
-    "watchdog": NodeProgram("vessel_hsmc_ros.nodes.watchdog", "WatchdogNode", "watchdog_node"),
-    "navsat_odom": NodeProgram("vessel_hsmc_ros.nodes.navsat_odom", "NavsatOdometryNode", "navsat_odom_node", ("geographiclib",)),
-    "drive": NodeProgram("vessel_hsmc_ros.nodes.drive", "DriveNode", "drive_node"),
-    "mavlink": NodeProgram("vessel_hsmc_ros.nodes.mavlink", "MavlinkNode", "mavlink_node", ("pymavlink",)),
-    "px4": NodeProgram("vessel_hsmc_ros.nodes.px4", "Px4Node", "px4_node", ("px4_msgs",)),
+    "live": NodeProgram(
+        "vessel_hsmc_ros.nodes.live",
+        "LiveNode",
+        "live_node",
+        ("foxglove",),
+        parameters="vessel_hsmc_ros.scenario.watcher_parameters:LiveParameters",
+    ),
+    "markers": NodeProgram(
+        "vessel_hsmc_ros.nodes.markers",
+        "MarkerNode",
+        "marker_node",
+        parameters="vessel_hsmc_ros.scenario.watcher_parameters:MarkerParameters",
+    ),
+    "watchdog": NodeProgram(
+        "vessel_hsmc_ros.boats.watchdog",
+        "WatchdogNode",
+        "watchdog_node",
+        parameters="vessel_hsmc_ros.boats.parameters:WatchdogParameters",
+    ),
+    "navsat_odom": NodeProgram(
+        "vessel_hsmc_ros.boats.navsat_odom",
+        "NavsatOdometryNode",
+        "navsat_odom_node",
+        ("geographiclib",),
+        parameters="vessel_hsmc_ros.boats.parameters:NavsatOdometryParameters",
+    ),
+    "drive": NodeProgram(
+        "vessel_hsmc_ros.boats.drive", "DriveNode", "drive_node", parameters="vessel_hsmc_ros.boats.parameters:DriveParameters"
+    ),
+    "mavlink": NodeProgram(
+        "vessel_hsmc_ros.boats.mavlink",
+        "MavlinkNode",
+        "mavlink_node",
+        ("pymavlink",),
+        parameters="vessel_hsmc_ros.boats.autopilot_parameters:MavlinkParameters",
+    ),
+    "px4": NodeProgram(
+        "vessel_hsmc_ros.boats.px4",
+        "Px4Node",
+        "px4_node",
+        ("px4_msgs",),
+        parameters="vessel_hsmc_ros.boats.autopilot_parameters:Px4Parameters",
+    ),
 }
 """Nodes outside the closed loop: a run takes place without them."""
 

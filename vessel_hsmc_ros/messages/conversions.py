@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vessel_hsmc_ros.control.interface.terms import Terms
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, heading_from_quaternion, quaternion_from_heading
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages.raw import message_class
 
 if TYPE_CHECKING:

@@ -7,14 +7,14 @@ from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.samples import Freshness, Sample
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.samples import Freshness, Sample
 
 Command = tuple[float, float]
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.safety.monitors import Alarm
+from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.nodes.reporting import ERROR, MINUTE, OK, WARN, DiagnosticTask, Recent, bounded, counted, saturation
-from vessel_hsmc_ros.safety.monitors import Alarm
-from vessel_hsmc_ros.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 
 SPAN = 5.0  # time over which the scatter of the control period is evaluated, s

@@ -12,10 +12,14 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
+from vessel_hsmc_ros.control.interface.actuator_identification import described
+from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.laws.hierarchical_bounds import sway_warning
+from vessel_hsmc_ros.control.safety.enabling import hull_problem
+from vessel_hsmc_ros.control.safety.monitors import Alarm
+from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.safe_action import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
-from vessel_hsmc_ros.law.actuator_identification import described
-from vessel_hsmc_ros.law.terms import Terms
-from vessel_hsmc_ros.laws.hierarchical_bounds import sway_warning
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
@@ -28,10 +32,6 @@ from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
-from vessel_hsmc_ros.safety.enabling import hull_problem
-from vessel_hsmc_ros.safety.monitors import Alarm
-from vessel_hsmc_ros.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.safety.safe_action import NO_WRENCH
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters

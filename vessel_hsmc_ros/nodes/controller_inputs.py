@@ -9,19 +9,19 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
+from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.safety.enabling import distance_problem
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.samples import Jumps, Sample, Verdict
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, in_body_frame
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
-from vessel_hsmc_ros.law.terms import Terms
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.state_columns import POSITION_VARIANCES
 from vessel_hsmc_ros.nodes.base import DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
 from vessel_hsmc_ros.nodes.reporting import ages
-from vessel_hsmc_ros.safety.enabling import distance_problem
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.samples import Jumps, Sample, Verdict
 
 
 class Measured(NamedTuple):

@@ -3,12 +3,12 @@
 from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
-from vessel_hsmc_ros.law.terms import Terms
+from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, Desired, Measured
 from vessel_hsmc_ros.nodes.managed import ManagedNode
-from vessel_hsmc_ros.safety.reasons import Reason
 
 
 class TimedNode(ManagedNode):

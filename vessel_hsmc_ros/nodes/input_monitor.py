@@ -6,11 +6,11 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters
+from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.samples import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.nodes.reporting import DiagnosticTask, RecentProblem
-from vessel_hsmc_ros.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.safety.reasons import Reason
-from vessel_hsmc_ros.safety.samples import REPEATED, Freshness, Sample
 
 WARNING_PERIOD = 5.0  # least time between two warnings of an input that was never received, s
 

@@ -40,7 +40,7 @@ DESTROYED_WITHIN = 3.0
 """Time after which a process ends by SIGALRM whose middleware does not let the node be destroyed, s, with the stacks.
 
 Fast DDS 2.14 can block itself while publishers with a liveliness lease leave: discovery waits for a timer, which waits for it.
-The node's work is done by then, its last messages are published: a run that ends so has not failed (runs/processes.py).
+The node's work is done by then, its last messages are published: a run that ends so has not failed (nodes/runs/processes.py).
 """
 
 

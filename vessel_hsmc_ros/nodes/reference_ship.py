@@ -17,6 +17,8 @@ from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.path_parameters import Point
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
@@ -25,8 +27,6 @@ from vessel_hsmc_ros.nodes.observed_vessel import ObservedVessel
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
-from vessel_hsmc_ros.reference.factory import make_reference
-from vessel_hsmc_ros.reference.path_parameters import Point
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 
 FIRST_LEAD, LONGER = 0.5, 2.0

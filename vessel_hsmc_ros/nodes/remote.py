@@ -19,11 +19,11 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.node_list import CONTROLLER, LOOP, REFERENCE, WATCHERS
-from vessel_hsmc_ros.laws import LAWS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos

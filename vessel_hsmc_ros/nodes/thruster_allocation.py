@@ -8,7 +8,7 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64
 
-from vessel_hsmc_ros.control.allocation import Allocated, Allocation
+from vessel_hsmc_ros.control.loop.allocation import Allocated, Allocation
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions

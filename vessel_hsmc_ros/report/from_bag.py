@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.bags import run_from_bag
-from vessel_hsmc_ros.bags.connection import faults_in
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.core.exceptions import BagWarning, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, stretches_of
 from vessel_hsmc_ros.messages.goals import path_event
-from vessel_hsmc_ros.reference.planned_track import PlannedTrack, stretches_of
+from vessel_hsmc_ros.preflight.from_bag import faults_in
 from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, has_legs, held, measured, planned
 from vessel_hsmc_ros.report.verdict import with_verdict
 from vessel_hsmc_ros.scenario.scenario import Scenario

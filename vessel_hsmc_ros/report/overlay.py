@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.reference.planned_track import outline
+from vessel_hsmc_ros.guidance.planned_track import outline
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
 from vessel_hsmc_ros.report.record import Record, recorded
 

@@ -79,8 +79,8 @@ def render_sections(title: str, about: Sequence[str], sections: Sequence[Section
 
 def asset(name: str) -> str:
     """A file of a page, named by its room: a template, a style, a script."""
-    room, _, file = name.partition("/")
-    return (resources.files(f"vessel_hsmc_ros.{room}") / "assets" / file).read_text(encoding="utf-8")
+    room, _, file = name.rpartition("/")
+    return (resources.files("vessel_hsmc_ros") / room / "assets" / file).read_text(encoding="utf-8")
 
 
 @cache

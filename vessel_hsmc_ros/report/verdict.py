@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.metrics import (
     NOISE_PEAK,
     Metrics,
@@ -18,9 +19,8 @@ from vessel_hsmc_ros.core.metrics import (
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.track_errors import per_leg
-from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.guidance.planned_track import leg_count
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
-from vessel_hsmc_ros.reference.planned_track import leg_count
 from vessel_hsmc_ros.report.record import Record, commanded, hull_length, leg_rows, recorded, running_time
 
 Array = NDArray[np.float64]

@@ -4,12 +4,12 @@ import dataclasses
 import math
 from typing import Any
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop, Fallback, Watch
-from vessel_hsmc_ros.control.controlled_point import ControlledPoint, controlled_point_of
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, Fallback, Watch
+from vessel_hsmc_ros.control.loop.controlled_point import ControlledPoint, controlled_point_of
+from vessel_hsmc_ros.control.safety.safe_action import Authority
+from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.safety.safe_action import Authority
-from vessel_hsmc_ros.safety.supervision import Supervision
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
-from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.reference.factory import REFERENCES
+from vessel_hsmc_ros.guidance.factory import REFERENCES
 from vessel_hsmc_ros.scenario.parameters import VESSEL_NAME
 
 Values = Mapping[str, Any]

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.registry import Origin, is_law
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.law.registry import Origin, is_law
-from vessel_hsmc_ros.laws import LAWS
 
 OPTION = "--law-file"
 

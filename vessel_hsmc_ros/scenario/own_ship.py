@@ -13,6 +13,7 @@ from string import Template
 from types import MappingProxyType
 from typing import NamedTuple
 
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship
@@ -21,10 +22,9 @@ from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
+from vessel_hsmc_ros.guidance.factory import travel_limits
+from vessel_hsmc_ros.guidance.lawnmower import plan_survey
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
-from vessel_hsmc_ros.reference.factory import travel_limits
-from vessel_hsmc_ros.reference.lawnmower import plan_survey
 from vessel_hsmc_ros.scenario.parameters import VESSEL
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import circle_for, coriolis_ratio, loads, references, scale_of, sway_damping_rate

@@ -4,19 +4,20 @@ from collections import UserDict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, make_dataclass
 from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from vessel_hsmc_ros.control.observer_model import ObserverParameters
-from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
+from vessel_hsmc_ros.core import node_list, schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.law.known_vessel import KnownVessel
-from vessel_hsmc_ros.laws import LAWS
+from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters
 from vessel_hsmc_ros.plant.simulator import PlantParameters
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
-from vessel_hsmc_ros.safety.parameters import FreshnessParameters, SafetyParameters, check_safety
 from vessel_hsmc_ros.scenario.common_parameters import (
     BlackBoxParameters,
     ClockParameters,
@@ -28,7 +29,6 @@ from vessel_hsmc_ros.scenario.common_parameters import (
     world_frames,
 )
 from vessel_hsmc_ros.scenario.watcher_parameters import AUXILIARY as AUXILIARY
-from vessel_hsmc_ros.scenario.watcher_parameters import WATCHERS as WATCHERS
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import RecorderParameters as RecorderParameters
@@ -165,11 +165,20 @@ class AllocationParameters(CommonParameters):
     vessel: FittedThrusters = group(FittedThrusters)
 
 
-class Declarations(UserDict[str, type]):
-    """The parameters of nodes by their names; those of controller follow the registry of laws."""
+class Declarations(UserDict[str, Any]):
+    """The parameters of nodes by their names; those of controller follow the registry of laws.
+
+    A node of a room above registers its parameters by the name of their class, in the list of nodes; they are loaded when used.
+    """
 
     def __getitem__(self, node: str) -> type:
-        return controller_parameters() if node == "controller" else super().__getitem__(node)
+        if node == "controller":
+            return controller_parameters()
+        declared: type | str = super().__getitem__(node)
+        if isinstance(declared, str):
+            module, _, name = declared.partition(":")
+            declared = getattr(import_module(module), name)
+        return declared  # type: ignore[return-value]
 
 
 NODES = Declarations(
@@ -181,6 +190,9 @@ NODES = Declarations(
         "recorder": RecorderParameters,
     }
 )
+
+WATCHERS = Declarations({name: program.parameters for name, program in node_list.WATCHERS.items()})
+"""Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
 VESSEL = "vessel."  # prefix of the hull data, which the nodes share
 VESSEL_NAME = f"{VESSEL}name"

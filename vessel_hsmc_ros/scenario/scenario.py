@@ -7,16 +7,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.laws import construct
+from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.faults.fault import FaultScript
-from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.laws import construct
+from vessel_hsmc_ros.guidance.factory import make_reference
 from vessel_hsmc_ros.plant.hull_check import check_hull
-from vessel_hsmc_ros.reference.factory import make_reference
 from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source

@@ -24,13 +24,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vessel_hsmc_ros.control.interface.known_vessel import NOT_DECLARED
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import GRAVITY
-from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED
+from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, demand
+from vessel_hsmc_ros.guidance.curves import Arc, Curve
+from vessel_hsmc_ros.guidance.turning import LARGEST_DRIFT, LARGEST_SHARE
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
-from vessel_hsmc_ros.reference.curve_motion import Demand, Pace, demand
-from vessel_hsmc_ros.reference.curves import Arc, Curve
-from vessel_hsmc_ros.reference.turning import LARGEST_DRIFT, LARGEST_SHARE
 
 AIR_DENSITY = 1.2
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import yaml
 
+from vessel_hsmc_ros.control.interface.known_vessel import NOT_DECLARED, KnownVessel
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry, Value
-from vessel_hsmc_ros.law.known_vessel import NOT_DECLARED, KnownVessel
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml

@@ -274,8 +274,8 @@ def kernel_sources() -> list[Path]:
     Not only those with kernels: the types of their arguments and their constants come from others. Machine code reads the fields
     of a type by their position, so code that is older than the type computes garbage or writes out of bounds.
     """
-    rooms = sorted(path for path in PACKAGE.iterdir() if path.is_dir())
-    files = [sorted(room.rglob("*.py")) for room in rooms]
+    rooms = sorted({path.parent for path in PACKAGE.rglob("*.py")})
+    files = [sorted(room.glob("*.py")) for room in rooms]
     return [path for room in files if any(MARK in each.read_text(encoding="utf-8") for each in room) for path in room]
 
 

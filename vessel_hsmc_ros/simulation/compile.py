@@ -11,10 +11,10 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from typing import Any, NamedTuple
 
+from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.law.kernel_law import KernelLaw
-from vessel_hsmc_ros.laws import LAWS
-from vessel_hsmc_ros.reference.factory import make_reference
+from vessel_hsmc_ros.guidance.factory import make_reference
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled

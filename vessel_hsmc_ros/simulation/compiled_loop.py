@@ -7,16 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.control.control_period import ControlInputs, Period, cause, control_period, period_of
-from vessel_hsmc_ros.control.controlled_point import ERRORS
-from vessel_hsmc_ros.control.observer import with_actuators
+from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.loop.control_period import ControlInputs, Period, cause, control_period, period_of
+from vessel_hsmc_ros.control.loop.controlled_point import ERRORS
+from vessel_hsmc_ros.control.loop.observer import with_actuators
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.law.kernel_law import KernelLaw
-from vessel_hsmc_ros.law.law import Law
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration, unforced
 from vessel_hsmc_ros.plant.simulator import divergence_of_ship
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, apply, disturbance, is_finite, measure, shown

@@ -10,17 +10,17 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.allocation import Allocation
+from vessel_hsmc_ros.control.interface.kernel_law import FLAGS, KernelLaw
+from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
+from vessel_hsmc_ros.control.loop.allocation import Allocation
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.law.kernel_law import FLAGS, KernelLaw
-from vessel_hsmc_ros.law.law import Law
-from vessel_hsmc_ros.law.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
+from vessel_hsmc_ros.guidance.factory import Reference, make_reference
+from vessel_hsmc_ros.guidance.following import FollowingReference
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
-from vessel_hsmc_ros.reference.factory import Reference, make_reference
-from vessel_hsmc_ros.reference.following import FollowingReference
 from vessel_hsmc_ros.scenario.control import make_control_loop, may_intervene
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

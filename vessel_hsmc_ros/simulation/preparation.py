@@ -6,24 +6,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.allocated_forces import THRUST, TURN, Allocator
-from vessel_hsmc_ros.control.allocation import allocate, allocator, elapsed_time, new_state
-from vessel_hsmc_ros.control.control_loop import NO_WRENCH, ages, past_commands
-from vessel_hsmc_ros.control.control_period import ControlConstants, ControlState
-from vessel_hsmc_ros.control.controlled_point import START
-from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.loop.allocated_forces import THRUST, TURN, Allocator
+from vessel_hsmc_ros.control.loop.allocation import allocate, allocator, elapsed_time, new_state
+from vessel_hsmc_ros.control.loop.control_loop import NO_WRENCH, ages, past_commands
+from vessel_hsmc_ros.control.loop.control_period import ControlConstants, ControlState
+from vessel_hsmc_ros.control.loop.controlled_point import START
+from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.law.kernel_law import KernelLaw
+from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters
+from vessel_hsmc_ros.guidance.trajectory import trajectory
 from vessel_hsmc_ros.plant.sensors import sampling
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
 from vessel_hsmc_ros.plant.thruster_plant import Thrusters, ThrusterState, apply_thrusts, idle, thrusters_of
-from vessel_hsmc_ros.reference.factory import ReferenceShipParameters
-from vessel_hsmc_ros.reference.trajectory import trajectory
 from vessel_hsmc_ros.scenario.control import make_controlled_point
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled

@@ -5,8 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.control_loop import ControlLoop
-from vessel_hsmc_ros.control.control_period import (
+from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.loop.control_period import (
     ControlConstants,
     ControlInputs,
     ControlState,
@@ -14,11 +15,10 @@ from vessel_hsmc_ros.control.control_period import (
     control_period,
     period_of,
 )
-from vessel_hsmc_ros.control.observer import Observer
+from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
-from vessel_hsmc_ros.law.kernel_law import KernelLaw
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.loop import is_compilable
 

@@ -1,0 +1,381 @@
+"""Comparison, sweep and demonstration in numbers: metrics, tables, files and figures of runs that are all unlike."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from records import make_run
+
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.nodes.runs.fleet_supervision import spread
+from vessel_hsmc_ros.report import Record, style
+from vessel_hsmc_ros.report.making import WrittenFiles
+from vessel_hsmc_ros.report.record import measured
+from vessel_hsmc_ros.scenario.run_folder import RunFolder
+from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict
+from vessel_hsmc_ros.studies.compare import comparison, comparison_page, sweep_page
+from vessel_hsmc_ros.studies.compare.comparison import LawMetrics, LawRun, measure
+from vessel_hsmc_ros.studies.compare.sweep import Axis, Outcome, Point
+from vessel_hsmc_ros.studies.runs.batch import thinned
+from vessel_hsmc_ros.studies.runs.demonstration import conclusions
+
+Array = NDArray[Any]
+
+TIME = 5.0 + np.arange(0.0, 400.25, 0.25)
+LIMITED = load_scenario(
+    "case2_tracking",
+    {
+        "controller.law": "guided",
+        "vessel_sim.actuators.surge_force_limit": 4e5,
+        "vessel_sim.actuators.yaw_moment_limit": 1e6,
+    },
+)
+
+
+def falling(force: Array, moment: Array) -> Run:
+    """A position error of 8 m, of 4 m from 100 s on and of 2 m from 320 s on, and half of it at the end; the heading likewise."""
+    since = TIME - TIME[0]
+    error = np.select([since < 100.0, since < 320.0, since < 400.0], [8.0, 4.0, 2.0], 1.0)
+    zero = 0.0 * TIME
+    reference = np.column_stack([2.0 * TIME, 3.0 * TIME, zero + 3.0, zero, zero, zero])
+    state = reference.copy()
+    state[:, 0] += 0.6 * error
+    state[:, 1] -= 0.8 * error
+    state[:, 2] += np.radians(10.0 * error)  # beyond pi
+    return make_run(TIME, state, reference=reference, wrench=np.column_stack([force, moment]))
+
+
+@pytest.mark.parametrize(
+    ("over", "rms", "largest", "since"), [("last_quarter", (20 * 16 + 80 * 4) / 100, 4.0, 300.0), ("last_half", 11.2, 4.0, 200.0)]
+)
+def test_every_metric_of_a_law_is_known_beforehand(over: str, rms: float, largest: float, since: float) -> None:
+    # In the first 100 s the moment chatters; later the force does, with half a hertz.
+    early = TIME - TIME[0] < 100.0
+    force = np.where(early, 3e4, 3e4 + 1e4 * np.sign(np.sin(np.pi * TIME + 0.5)))
+    moment = np.where(early, 2e5 * np.sign(np.sin(4.0 * np.pi * TIME + 0.5)), 1e5)
+    found = measure(Row("row", over=over), falling(force, moment), LIMITED, legs=7.5)
+    expected = LawMetrics(
+        position_rms=math.sqrt(rms),
+        position_largest=largest,
+        position_final=1.0,
+        heading_rms_deg=10.0 * math.sqrt(rms),
+        surge_force_rms=math.sqrt(float(np.mean(force**2))),
+        yaw_moment_rms=math.sqrt(float(np.mean(moment**2))),
+        reversals=1.0,
+        # The limit of the law for the force, that of the actuator for the moment.
+        travel=float(np.sum(np.abs(np.diff(force)))) / 2e5 / (400.0 / 60.0)
+        + float(np.sum(np.abs(np.diff(moment)))) / 1e6 / (400.0 / 60.0),
+        legs=7.5,
+    )
+    assert found == pytest.approx(expected, rel=5e-3)
+    assert since == WINDOWS[over] * 400.0
+
+
+def test_a_law_without_limits_has_no_travel_and_a_run_without_legs_no_error_on_them() -> None:
+    found = measure(Row("row"), falling(0.0 * TIME, 0.0 * TIME), load_scenario("case2_tracking"))
+    assert math.isnan(found.travel)
+    assert found.legs is None
+
+
+def test_the_reversals_of_a_short_run_are_those_of_its_last_quarter() -> None:
+    run = falling(np.where(TIME[0] + 150.0 > TIME, np.sign(np.sin(np.pi * TIME + 0.5)), 0.0), 0.0 * TIME)
+    short = {name: getattr(run, name)[:721] for name in run.__dataclass_fields__ if name != "control"}
+    assert measure(Row("row"), Run(**short), LIMITED).reversals == pytest.approx(15.0 / 45.0, abs=0.03)
+
+
+def test_the_lines_of_the_figures_are_time_ship_reference_and_error() -> None:
+    run = falling(0.0 * TIME, 0.0 * TIME)
+    error = np.hypot(*(run.state - run.reference)[:, :2].T)
+    lines = comparison._lines(run)
+    np.testing.assert_allclose(lines, np.column_stack([run.time, run.state[:, :2], run.reference[:, :2], error]))
+
+
+METRICS = LawMetrics(1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5, 8.5, 9.5)
+VERDICT = Verdict(1.5, 2.5, 10.5, 9.5, hit=True)
+ROW = Row("case", "case2_straight", {"a.x": (1.0, 2.0)}, "last_half", 11.5, 12.5, 13.5, 14.5)
+LINES = np.column_stack([np.arange(5.0) + offset for offset in (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)])
+OUTCOME = LawRun(ROW, "guided", 25.0, True, "", METRICS, VERDICT, LINES)
+
+
+def test_the_document_of_a_comparison_has_every_value_under_its_own_name() -> None:
+    assert comparison_page._record(OUTCOME) == {
+        "case": "case",
+        "scenario": "case2_straight",
+        "set": {"a.x": [1.0, 2.0]},
+        "over": "last_half",
+        "limits": {"at_most": 11.5, "largest": 12.5, "excursion": 13.5, "legs_at_most": 14.5},
+        "law": "guided",
+        "rate_hz": 25.0,
+        "failure": "",
+        **METRICS._asdict(),
+        "excursion": 10.5,
+        "verdict": "hit",
+    }
+    stopped = comparison_page._record(LawRun(ROW, "guided", 25.0, failure="it failed"))
+    assert (stopped["failure"], stopped["verdict"], stopped["excursion"]) == ("it failed", "miss", None)
+
+
+def test_the_tables_of_a_comparison_show_every_metric_in_its_own_column() -> None:
+    head, lines = comparison_page.table(ROW, [OUTCOME])
+    assert dict(zip(head, lines[0], strict=True)) == {
+        "law": "guided",
+        "Hz": "25",
+        "rms m": "1.5",
+        "largest m": "2.5",
+        "final m": "3.5",
+        "heading °": "4.5",
+        "force N": "5.5",
+        "moment N·m": "6.5",
+        "rev/s": "7.5",
+        "travel/min": "8.5",
+        "legs m": "9.5",
+        "verdict": "hit",
+    }
+    other = replace(OUTCOME, law="los_pid", metrics=METRICS._replace(position_rms=0.5, position_largest=0.6, travel=0.7))
+    found = {
+        each.title: each.lines
+        for each in comparison_page.overviews([OUTCOME, replace(other, verdict=VERDICT._replace(hit=False))])
+    }
+    first = ["case", "last half", "11.5 m, largest 12.5 m, excursion 13.5, legs 14.5 m"]
+    assert found == {
+        "rms position error": [[*first, "1.5 m, legs 9.5 m hit", "0.5 m, legs 9.5 m miss"]],
+        "largest position error": [[*first[:2], "2.5 m", "0.6 m"]],
+        "actuator travel [1/min]": [[*first[:2], "8.5", "0.7"]],
+    }
+    assert comparison_page._scope(ROW) == f"Errors over the last half, at most {first[2]}"
+
+
+def test_a_comparison_ranks_its_laws_in_a_sentence_or_counts_their_limits() -> None:
+    runs = [
+        replace(OUTCOME, law=law, metrics=None if rms is None else METRICS._replace(position_rms=rms))
+        for law, rms in (("hierarchical", 16.6), ("nmpc", None), ("guided", 0.002))
+    ]
+    assert comparison_page.findings(runs) == [
+        "On case guided is the most accurate (2 mm rms), before hierarchical (16.6 m rms), nmpc (stopped)."
+    ]
+    assert comparison_page.findings(runs[:1]) == []
+    many = [replace(run, row=replace(ROW, name=f"case {k}")) for k in range(4) for run in runs[:1]]
+    assert comparison_page.findings(many) == ["hierarchical meets 4 of 4 limits."]
+
+
+def test_a_column_has_the_unit_of_its_largest_value_in_whatever_row() -> None:
+    small = replace(OUTCOME, law="los_pid", metrics=METRICS._replace(surge_force_rms=0.25, position_final=-0.004))
+    large = replace(OUTCOME, metrics=METRICS._replace(surge_force_rms=2.5e6))
+    for order in ([small, large], [large, small]):
+        head, lines = comparison_page.table(ROW, order)
+        assert "force MN" in head
+        assert {line[0]: line[head.index("force MN")] for line in lines}["guided"] == "2.5"
+
+
+def test_every_law_that_ran_at_another_rate_and_every_failure_is_noted() -> None:
+    runs = [
+        replace(OUTCOME, fell_back=False),
+        replace(OUTCOME, law="hierarchical_printed", rate_hz=100.0),
+        LawRun(Row("second"), "los_pid", 25.0, failure="it failed"),
+    ]
+    assert comparison_page.notes(runs) == [
+        "hierarchical_printed is unstable at the requested rate and ran at 100 Hz",
+        "los_pid on second: it failed",
+    ]
+
+
+@pytest.fixture
+def pictures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """The figures that are saved meanwhile."""
+    saved: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: saved.append(self))
+    return saved
+
+
+def drawn(axis: Axes) -> dict[str, list[list[float]]]:
+    """Lines by their labels."""
+    return {str(line.get_label()): np.transpose(np.asarray(line.get_data())).tolist() for line in axis.lines}
+
+
+def test_the_figure_of_a_case_has_tracks_reference_errors_and_its_limit(pictures: list[Figure], tmp_path: Path) -> None:
+    comparison_page.draw(ROW, [OUTCOME, LawRun(ROW, "los_pid", 25.0, failure="it failed")], tmp_path / "x.png")
+    tracks, errors = pictures[0].axes
+    assert drawn(tracks)["guided"] == [[10.0 + k, 20.0 + k] for k in range(5)]
+    assert drawn(tracks)["reference"] == [[30.0 + k, 40.0 + k] for k in range(5)]
+    assert drawn(errors)["guided"] == [[0.0 + k, 50.0 + k] for k in range(5)]
+    assert [y for _, y in drawn(errors)["limit"]] == [11.5, 11.5]
+
+
+AXES = [Axis("a.gain", (0.5, 1.5)), Axis("b.rate", (20, 50, 100))]
+NAMES = ("position_error_rms", "yaw_moment_at_limit")
+
+
+def outcomes(law: str = "") -> list[Outcome]:
+    """A run for each pair of values, of which the one of 1.5 and 20 failed."""
+    found = []
+    for i, gain in enumerate(AXES[0].values):
+        for j, rate in enumerate(AXES[1].values):
+            point = Point("case2_straight", (gain, rate), {"a.gain": gain, "b.rate": rate, "c.same": 3, "d.last": j}, law)
+            values: dict[str, float | None] = dict.fromkeys(Metrics._fields)
+            values |= {"position_error_rms": 1.0 + i + 0.1 * j, "yaw_moment_at_limit": 0.01 * (1 + i + 2 * j)}
+            found.append(Outcome(point, "it failed") if (i, j) == (1, 0) else Outcome(point, metrics=values))
+    return found
+
+
+def test_the_table_and_the_files_of_a_sweep_have_every_value_in_its_own_place(tmp_path: Path) -> None:
+    head, lines = sweep_page.table(AXES, outcomes(), NAMES)
+    assert head == ["a.gain", "b.rate", "position error, rms with the approach", "yaw moment, time at its limit"]
+    assert lines == [
+        ["0.5", "20", "1 m", "1 %"],
+        ["0.5", "50", "1.1 m", "3 %"],
+        ["0.5", "100", "1.2 m", "5 %"],
+        ["1.5", "20", "failed", "failed"],
+        ["1.5", "50", "2.1 m", "4 %"],
+        ["1.5", "100", "2.2 m", "6 %"],
+    ]
+    assert sweep_page.notes(AXES, outcomes("los_pid")) == ["los_pid, a.gain = 1.5, b.rate = 20: it failed"]
+    sweep_page.write_csv(tmp_path / "x.csv", AXES, outcomes("los_pid"))
+    with (tmp_path / "x.csv").open() as stream:
+        read = list(csv.DictReader(stream))
+    assert [(row["law"], row["a.gain"], row["b.rate"], row["failure"]) for row in read][3:5] == [
+        ("los_pid", "1.5", "20", "it failed"),
+        ("los_pid", "1.5", "50", ""),
+    ]
+    assert [float(row["yaw_moment_at_limit"] or 0.0) for row in read] == pytest.approx([0.01, 0.03, 0.05, 0.0, 0.04, 0.06])
+    document = json.loads(json.dumps(sweep_page._document(AXES, outcomes())))
+    assert document["scenario"] == "case2_straight"
+    assert [run["metrics"].get("position_error_rms") for run in document["runs"]] == [1.0, 1.1, 1.2, None, 2.1, 2.2]
+
+
+def test_the_page_of_a_sweep_states_what_all_runs_share(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    given: list[Any] = []
+
+    def render(*parts: Any) -> str:
+        given.extend(parts)
+        return ""
+
+    monkeypatch.setattr(sweep_page, "render_sections", render)
+    (tmp_path / "x.png").write_bytes(b"picture")
+    sweep_page._page(tmp_path / "x.png", AXES, outcomes(), NAMES)
+    title, about, (section,), findings = given
+    assert (title, about, section.text) == ("case2_straight: a.gain and b.rate", ["6 runs, offline"], "c.same = 3")
+    assert findings == ["a.gain = 1.5, b.rate = 20: it failed"]
+
+
+def test_the_heat_map_has_the_first_parameter_upwards_and_the_second_to_the_right(pictures: list[Figure], tmp_path: Path) -> None:
+    sweep_page.draw(tmp_path / "x.png", AXES, outcomes(), NAMES)
+    panel = pictures[0].axes[0]
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("b.rate", "a.gain")
+    assert [[text.get_text() for text in axis.get_ticklabels()] for axis in (panel.xaxis, panel.yaxis)] == [
+        ["20", "50", "100"],
+        ["0.5", "1.5"],
+    ]
+    shown = np.asarray(panel.images[0].get_array())[0]
+    assert shown.tolist() == [1.0, 1.1, 1.2]
+    (cross,) = panel.lines
+    assert [float(np.ravel(at)[0]) for at in cross.get_data()] == [0.0, 1.0]
+    assert {text.get_text(): text.get_position() for text in panel.texts}["2.1 m"] == (1, 1)
+
+
+def test_many_values_of_a_heat_map_have_some_ticks_of_their_own(pictures: list[Figure], tmp_path: Path) -> None:
+    axes = [Axis("a.x", tuple(range(100, 120))), Axis("a.y", (1, 2))]
+    runs = [Outcome(Point("s", (x, y), {}), metrics={NAMES[0]: float(x * y)}) for x in axes[0].values for y in axes[1].values]
+    sweep_page.draw(tmp_path / "x.png", axes, runs, NAMES[:1])
+    ticks = [(text.get_position()[1], text.get_text()) for text in pictures[0].axes[0].yaxis.get_ticklabels()]
+    assert ticks == [(k, str(100 + k)) for k in range(0, 20, 3)]
+
+
+def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures: list[Figure], tmp_path: Path) -> None:
+    axis = Axis("a.gain", (0.1, 1.0, 10.0))
+    runs = [
+        Outcome(Point("s", (gain,), {}, law), "it failed" if (law, gain) == ("los_pid", 10.0) else "", {NAMES[0]: size * gain})
+        for law, size in (("guided", 1.0), ("los_pid", 2.0))
+        for gain in axis.values
+    ]
+    runs[-1] = replace(runs[-1], metrics={})
+    sweep_page.draw(tmp_path / "x.png", [axis], runs, NAMES[:1])
+    (panel,) = pictures[0].axes
+    assert (panel.get_xscale(), panel.get_yscale(), panel.get_xlabel()) == ("log", "log", "a.gain")
+    lines = drawn(panel)
+    assert lines["guided"] == [[0.1, 0.1], [1.0, 1.0], [10.0, 10.0]]
+    assert lines["los_pid"][:2] == [[0.1, 0.2], [1.0, 2.0]]
+    assert [x for x, _ in lines["los_pid failed"]] == [10.0]
+    colours = {str(line.get_label()): line.get_color() for line in panel.lines}
+    assert colours == {"guided": style.SERIES[0], "los_pid": style.SERIES[1], "los_pid failed": style.SERIES[1]}
+
+
+@pytest.mark.parametrize(
+    ("values", "wide"), [((0.1, 10.0), True), ((-0.1, 10.0), False), ((0.0, 10.0), False), ((1.0, 20.0), False)]
+)
+def test_only_positive_values_far_apart_have_a_logarithmic_scale(values: tuple[float, ...], wide: bool) -> None:
+    assert sweep_page._spans(np.array([*values, math.nan, math.inf])) is wide
+
+
+def test_a_law_that_converges_is_judged_from_its_first_to_its_last_error() -> None:
+    time = np.linspace(0.0, 100.0, 1001)
+    state = np.zeros((1001, 6))
+    state[:, 0] = 0.2 + 19.8 * (time < 50.0)
+    state[:, 2] = math.radians(-40.0)
+    reference = np.zeros((1001, 6))
+    reference[:, 0] = 0.1 * (time > 90.0)
+    run = make_run(time, state, reference=reference, wrench=np.ones((1001, 2)))
+    (found,) = conclusions([Record("los_pid", run, measured(run))])
+    assert found.startswith("los_pid converges to the reference: the position error falls from 20 m to 0.")
+    lost = replace(run, state=state + np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    (found,) = conclusions([Record("los_pid", lost, measured(lost))])
+    assert found.endswith("while the heading error is 4e+01° at the end.")  # and no cause of another law
+
+
+def test_of_a_thinned_run_every_array_is_thinned() -> None:
+    run = falling(TIME, -TIME)
+    run = replace(run, control={"time": TIME[::2], "a": TIME[::2] ** 2, "wide": np.column_stack([TIME[::2], -TIME[::2]])})
+    found = thinned(run, 7)
+    for name in run.__dataclass_fields__:
+        if name != "control":
+            np.testing.assert_array_equal(getattr(found, name), getattr(run, name)[::7], name)
+    assert {name: values.tolist() for name, values in found.control.items()} == {
+        name: values[::7].tolist() for name, values in run.control.items()
+    }
+
+
+def test_recorded_runs_are_compared_under_their_own_names(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    scale = Metrics(*np.arange(1.0, 20.0))
+    runs = [
+        Record(name, make_run(TIME, np.zeros((len(TIME), 6))), Metrics(*(factor * (value or 0.0) for value in scale)))
+        for name, factor in (("one", 1.0), ("two", 3.0))
+    ]
+    monkeypatch.setattr(comparison, "read", lambda _: runs)
+    monkeypatch.setattr(comparison, "write", lambda records, _: WrittenFiles(records, {}))
+    found = comparison.compare_bags([], RunFolder(tmp_path))
+    assert found.head == ["", "one", "two"]
+    assert ["position error, final", "3 m", "9 m"] in found.table
+
+
+@pytest.mark.parametrize(
+    ("count", "lockstep", "grouped"), [(1, True, False), (4, True, False), (5, True, True), (5, False, False)]
+)
+def test_only_large_fleets_in_lockstep_share_processes(
+    monkeypatch: pytest.MonkeyPatch, count: int, lockstep: bool, grouped: bool
+) -> None:
+    monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1, 2})
+    vessels = [f"vessel_{number + 1}" for number in range(count)]
+    found = spread(vessels, by_thrusters=False, lockstep=lockstep)
+    assert sorted(vessel for part in found.plants.values() for vessel in part) == vessels
+    if not grouped:
+        assert not found.groups
+        assert set(found.plants) <= set(found.names)
+        return
+    assert found.names == ("recorder", "group_1", "group_2", "group_3")
+    assert found.plants == {
+        "group_1": ["vessel_1", "vessel_4"],
+        "group_2": ["vessel_2", "vessel_5"],
+        "group_3": ["vessel_3"],
+    }
+    for name, (nodes, *part) in found.groups.items():
+        assert part == found.plants[name]
+        assert "recorder" not in nodes.split(",")

@@ -1,0 +1,1 @@
+"""Boats: nodes that connect them by their stacks and autopilots, with messages, parameters and interfaces."""

@@ -1,0 +1,186 @@
+"""The plant as the physics of ArduPilot's simulated autopilot (SITL), one step for each of its frames, by its JSON interface.
+
+The autopilot sends its outputs in binary: a magic number, the rate that it would like, Hz, a count of frames, and 16 or 32 pulse
+widths, µs. The physics answers with a line of JSON between line breaks: time, rates and specific force of the body, and position,
+attitude and velocity from north, east and down.
+"""
+
+import json
+import math
+import socket
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from vessel_hsmc_ros.boats.mavlink_messages import Pulses
+from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
+from vessel_hsmc_ros.core.kinematics import Motion, wrap
+from vessel_hsmc_ros.core.thruster_layout import FIXED
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.simulator import within
+from vessel_hsmc_ros.plant.thruster_plant import make_plant
+from vessel_hsmc_ros.scenario.parameters import SimParameters
+
+PACKETS = {18458: struct.Struct("<HHI16H"), 29569: struct.Struct("<HHI32H")}  # the forms of a packet by their magic numbers
+GRAVITY = 9.80665
+
+SEPARATORS = ",", ":"  # the autopilot looks for the values next to the colons: after a blank it finds no vector
+
+
+class Outputs(NamedTuple):
+    """The outputs of a frame: the rate that the autopilot would like, Hz, the number of the frame, and pulse widths, µs."""
+
+    rate: int
+    number: int
+    pulses: tuple[int, ...]
+
+
+def read_outputs(packet: bytes) -> Outputs | None:
+    """The outputs of a packet; None if it is not one of the autopilot."""
+    form = PACKETS.get(int.from_bytes(packet[:2], "little"))
+    if form is None or len(packet) != form.size:
+        return None
+    _, rate, number, *pulses = form.unpack(packet)
+    return Outputs(rate, number, tuple(pulses))
+
+
+def write_state(time: float, motion: Motion, acceleration: tuple[float, float, float]) -> bytes:
+    """The answer to a frame.
+
+    The accelerometer of a level ship shows the acceleration of the rotating body, (du - v·r, dv + u·r), and gravity.
+    `acceleration`: du, dv, dr, the derivatives of the velocities in the body frame.
+    """
+    du, dv, _ = acceleration
+    c, s = math.cos(motion.psi), math.sin(motion.psi)
+    east, north = motion.u * c - motion.v * s, motion.u * s + motion.v * c
+    content = {
+        "timestamp": time,
+        "imu": {
+            "gyro": [0.0, 0.0, -motion.r],
+            "accel_body": [du - motion.v * motion.r, -(dv + motion.u * motion.r), -GRAVITY],
+        },
+        "position": [motion.y, motion.x, 0.0],
+        "attitude": [0.0, 0.0, wrap(0.5 * math.pi - motion.psi)],
+        "velocity": [north, east, 0.0],
+    }
+    return f"\n{json.dumps(content, separators=SEPARATORS)}\n".encode()
+
+
+PORT = 9002  # where ArduPilot sends its outputs to
+LONGEST_PACKET = 1024
+
+
+class Wiring(NamedTuple):
+    """The outputs, from 1 on, that drive the ship, and their pulse widths."""
+
+    servos: tuple[int, ...]
+    pulses: Pulses
+
+
+class Physics:
+    """The ship of a scenario, which sends a state for the outputs of each frame.
+
+    A frame with the next number advances the ship by a period; one that is repeated is answered again; a number that goes back
+    is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has
+    sensors of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of
+    skid steering, left and right.
+
+    Raises:
+        ParameterError: the number of outputs does not fit, or a thruster turns.
+
+    Attributes:
+        time: Time of the physics, s.
+        frames, lost, repeated, starts: Numbers of frames, and of new starts.
+    """
+
+    def __init__(self, parameters: SimParameters, wiring: Wiring) -> None:
+        self._thrusters = parameters.vessel.thrusters.thrusters() if parameters.by_thrusters else []
+        if any(t.kind != FIXED for t in self._thrusters):
+            raise ParameterError("thrusters that turn are not allowed with ardupilot: it takes fixed ones")
+        if len(wiring.servos) != (count := len(self._thrusters) or 2):
+            raise ParameterError(f"--servos {','.join(map(str, wiring.servos))} is not allowed: it takes {count} numbers")
+        self._limits = within(parameters.actuators, parameters.vessel)
+        limits = self._limits.surge_force_limit, self._limits.yaw_moment_limit
+        if not self._thrusters and math.inf in limits:
+            raise ParameterError(
+                f"vessel.surge_force_limit = {limits[0]:g} N and vessel.yaw_moment_limit = {limits[1]:g} N·m are not allowed with"
+                " ardupilot: full throttle and steering take finite ones"
+            )
+        self._wiring, self._period = wiring, 1.0 / parameters.rate_hz
+        self._plant = make_plant(replace(parameters, sensors=SensorParameters()), self._period)
+        self.frames = self.lost = self.repeated = self.starts = 0
+        self._number = -1
+        self._begin()
+
+    def _begin(self) -> None:
+        self._plant.reset()
+        self._steps = 0
+        self._before = self._plant.measured(0)
+        self._answer = b""
+
+    @property
+    def time(self) -> float:
+        """Time of the physics, s."""
+        return self._steps * self._period
+
+    def answer(self, outputs: Outputs) -> bytes:
+        """The state after a frame."""
+        if outputs.number == self._number and self._answer:
+            self.repeated += 1
+            return self._answer
+        if outputs.number < self._number or self._number < 0:
+            self.starts += 1
+            self._begin()
+        else:
+            self.lost += outputs.number - self._number - 1
+        self._number = outputs.number
+        self.frames += 1
+        self._answer = self._advance([self._share(outputs.pulses, servo) for servo in self._wiring.servos])
+        return self._answer
+
+    def _share(self, pulses: Sequence[int], servo: int) -> float:
+        return self._wiring.pulses.share(pulses[servo - 1]) if servo <= len(pulses) else 0.0
+
+    def _advance(self, shares: Sequence[float]) -> bytes:
+        if self._thrusters:
+            demands = [s * (t.thrust_ahead if s > 0.0 else t.thrust_astern) for s, t in zip(shares, self._thrusters, strict=True)]
+            wrench = self._plant.applied_thrusts(demands, [t.angle for t in self._thrusters])
+        else:
+            left, right = shares
+            force, moment = self._limits.surge_force_limit, self._limits.yaw_moment_limit
+            wrench = self._plant.applied((0.5 * (left + right) * force, 0.5 * (right - left) * moment))
+        self._plant.advance(wrench, self._plant.disturbance(self.time))
+        self._steps += 1
+        now = self._plant.measured(round(self.time * NANOSECONDS))
+        du, dv, dr = ((b - a) / self._period for a, b in zip(self._before[3:], now[3:], strict=True))
+        self._before = now
+        return write_state(self.time, now, (du, dv, dr))
+
+
+def serve(physics: Physics, address: tuple[str, int], duration: float, report: Callable[[str], None]) -> None:
+    """Answer the frames that come to an address until the physics has reached a time.
+
+    `duration`: time after which it ends, s; 0: never. Raises RunError if the port is in use.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
+        try:
+            server.bind(address)
+        except OSError as error:
+            raise RunError(f"{address[0]}:{address[1]} cannot be listened on: {error.strerror}") from None
+        host, port = server.getsockname()
+        report(f"waiting for ArduPilot on {host}:{port}: start it with --model JSON:{host}")
+        server.settimeout(1.0)
+        starts = 0
+        while not duration or physics.time < duration:
+            try:
+                packet, sender = server.recvfrom(LONGEST_PACKET)
+            except TimeoutError:  # a moment in which Ctrl-C has its effect
+                continue
+            if (outputs := read_outputs(packet)) is None:
+                continue
+            server.sendto(physics.answer(outputs), sender)
+            if physics.starts != starts:
+                starts = physics.starts
+                report(f"autopilot at {sender[0]}:{sender[1]}, which would like {outputs.rate} Hz: the ship starts")

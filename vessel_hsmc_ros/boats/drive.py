@@ -1,0 +1,278 @@
+"""The drive node: gives commands the form that a stack takes, with a time-out, a ramp and zero at the end."""
+
+import math
+import sys
+import time
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
+from rclpy.duration import Duration
+from std_msgs.msg import Float64, UInt16
+from vessel_hsmc_msgs.msg import ControlState
+
+from vessel_hsmc_ros.boats.parameters import DriveParameters
+from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
+from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.command_input import NO_COMMAND, Command, CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite, is_finite
+from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
+
+
+class ThrustInput:
+    """The latest thrust of each thruster.
+
+    They are Float64 without stamps, so that their age counts from the receipt, by the steady clock. `timeout`: age from which
+    on a thrust does not count, s.
+    """
+
+    def __init__(self, node: VesselNode, names: tuple[str, ...], timeout: float) -> None:
+        self._node, self._timeout = node, timeout
+        self._topics = [f"thrusters/{name}/thrust" for name in names]
+        self._latest: dict[str, tuple[float, float]] = {}
+        self._problem = RecentProblem()
+        self._taken = self._refused = 0
+        for topic in self._topics:
+            node.listen(Float64, topic, partial(self._take, topic), qos.NEWEST)
+
+    def present(self) -> tuple[float, ...] | None:
+        """The thrusts that hold now, N; None if one of them is missing or old, or has two publishers."""
+        if self._conflict() or self._overdue():
+            return None
+        return tuple(self._latest[topic][0] for topic in self._topics)
+
+    def retune(self, timeout: float) -> None:
+        """Take a changed time-out, s."""
+        self._timeout = timeout
+
+    def problem(self) -> tuple[bytes, str] | None:
+        """Level and text of what is wrong at present; None if nothing is."""
+        if conflict := self._conflict():
+            return ERROR, f"{conflict}. No command of theirs is taken"
+        if self._problem.current:
+            return self._problem.current
+        if topic := self._overdue():
+            return WARN, f"{NO_COMMAND} {self._node.resolve_topic_name(topic)}"
+        return None
+
+    def values(self) -> dict[str, Any]:
+        """Numbers of taken and refused thrusts, for the diagnostics."""
+        return {"taken": self._taken, "refused": self._refused}
+
+    def _take(self, topic: str, message: Float64) -> None:
+        if not math.isfinite(message.data):
+            self._refused += 1
+            text = f"{self._node.resolve_topic_name(topic)} = {message.data} is not allowed: it takes a finite number; ignored"
+            self._problem.report(WARN, text)
+            self._node.get_logger().error(text, throttle_duration_sec=1.0)
+            return
+        self._taken += 1
+        self._latest[topic] = message.data, time.monotonic()
+
+    def _overdue(self) -> str:
+        oldest = time.monotonic() - self._timeout
+        return next((topic for topic in self._topics if self._latest.get(topic, (0.0, -math.inf))[1] < oldest), "")
+
+    def _conflict(self) -> str:
+        return self._node.connections.shared(*self._topics)
+
+
+class DriveNode(VesselNode):
+    """Takes `cmd_wrench`, in the form pwm the thrusts of thruster_allocation, and publishes it in the form of a stack.
+
+    normalised and helm: shares of the largest force and moment. cmd_vel: surge speed and yaw rate, for stacks with loops of their
+    own for them: those that the guidance of the law commands or, with a `response_time` T of the loops, those with which the
+    loops give the commanded wrench, u + T·tau_1/m11 and r + T·tau_2/m33. A law without these terms cannot drive it. pwm: pulse
+    widths of the thrusters by a measured curve.
+
+    The output is share·command within the limits. The share goes to 0 in `ramp_time` when commands are not fresh or the law does
+    not command, back to 1 in the same time when they are, and is 0 from `~/stop` until `~/rearm`. At zero without fresh commands,
+    as with a controller in standby, the topic is left to others.
+    """
+
+    NAME = "drive"
+    PARAMETERS = DriveParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        if p.lockstep:
+            raise ParameterError("drive.lockstep = True is not allowed: a drive works in real time")
+        self._curve = p.pwm.curve()
+        self._input: CommandInput | ThrustInput = (
+            ThrustInput(self, p.pwm.thrusters, p.command_timeout)
+            if p.form == "pwm"
+            else CommandInput(self, "cmd_wrench", p.command_timeout)
+        )
+        self._state: ControlState | None = None
+        self._command: tuple[float, ...] = (0.0,) * (len(p.pwm.thrusters) if p.form == "pwm" else 2)
+        self._latch = StopLatch(self, "the output", self._send_zero)
+        self._zeros = LAST_COMMANDS
+        self._sent = 0
+        self._problem = RecentProblem()
+        self._outputs = self._advertise(p.form)
+        if p.form != "pwm":
+            self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
+        if p.form == "cmd_vel":
+            self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
+
+    def _advertise(self, form: str) -> dict[str, Any]:
+        kinds = {
+            "normalised": {"normalised_wrench": WrenchStamped},
+            "cmd_vel": {"cmd_vel": TwistStamped if self.parameters.stamped else Twist},
+            "helm": {"throttle": Float64, "steering": Float64},
+            "pwm": {f"thrusters/{name}/pwm": UInt16 for name in self.parameters.pwm.thrusters},
+        }
+        profile = qos.offered(False, self.parameters.rate_hz)
+        return {topic: self.advertise(kind, topic, profile) for topic, kind in kinds[form].items()}
+
+    def describe(self) -> str:
+        """The form and its limits."""
+        p = self.parameters
+        if p.form == "pwm":
+            least, most = self._curve.thrusts[0], self._curve.thrusts[-1]
+            return f"form pwm, thrusts to {most:g} N ahead and {-least:g} N astern, neutral {p.pwm.neutral:g} µs"
+        limits = (
+            f"{p.surge_speed_limit:g} m/s and {p.yaw_rate_limit:g} rad/s"
+            if p.form == "cmd_vel"
+            else f"1 is {p.surge_force_limit:g} N and {p.yaw_moment_limit:g} N·m"
+        )
+        return f"form {p.form}, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
+
+    # -- commands -----------------------------------------------------------------------------------------------------
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        if isinstance(self._input, CommandInput):
+            self._input.take(message)
+
+    def _on_state(self, message: ControlState) -> None:
+        self._state = message
+
+    def _wanted(self) -> tuple[float, ...] | None:
+        """The command in the units of the form and within its limits; None if there is none that counts."""
+        wrench, p = self._input.present(), self.parameters
+        if wrench is None or self._latch.stopped:
+            return None
+        if p.form == "pwm":
+            least, most = min(self._curve.thrusts[0], 0.0), max(self._curve.thrusts[-1], 0.0)
+            return tuple(between(thrust, least, most) for thrust in wrench)
+        if p.form != "cmd_vel":
+            return clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0)
+        return self._velocity((wrench[0], wrench[1]))
+
+    def _velocity(self, wrench: Command) -> Command | None:
+        """Surge speed and yaw rate while the law commands."""
+        state, p = self._state, self.parameters
+        age = math.inf if state is None else seconds(self.now() - conversions.nanoseconds(state.header.stamp))
+        if state is None or not -p.freshness.future_tolerance <= age <= p.command_timeout:
+            topic = self.resolve_topic_name("controller/state")
+            self._report(f"no recent message on {topic}, which has the surge speed and the yaw rate for cmd_vel")
+            return None
+        if state.operation != ControlState.ACTIVE:
+            return None
+        u, r, lacking = state.commanded_surge_velocity, state.commanded_yaw_rate, "surge speed and yaw rate"
+        if p.response_time:
+            # By the surfaces, the difference of the motion and what is commanded, the motion itself is known.
+            force, moment = wrench
+            u += state.surge_surface + p.response_time * force / p.surge_inertia
+            r += state.yaw_surface + p.response_time * moment / p.yaw_inertia
+            lacking = "surge speed and yaw rate with their surfaces, which response_time > 0 needs"
+        if not is_finite((u, r)):
+            self._report(f"the law commands no {lacking}: for cmd_vel use one that does, such as guided")
+            return None
+        return clip(u, p.surge_speed_limit), clip(r, p.yaw_rate_limit)
+
+    def _on_timer(self) -> None:
+        wanted = self._wanted()
+        share = self._latch.update(wanted is not None)
+        if wanted is not None:
+            self._command = wanted
+        if wanted is None and not share and not self._latch.stopped:
+            if self._zeros >= LAST_COMMANDS:
+                return
+            self._zeros += 1
+        else:
+            self._zeros = 0
+        self._publish(tuple(share * part for part in self._command))
+
+    def _publish(self, command: tuple[float, ...]) -> None:
+        p, command = self.parameters, finite(command, self._report)
+        if p.form == "pwm":
+            for publisher, thrust, sign in zip(self._outputs.values(), command, p.pwm.signs(), strict=True):
+                pulse = p.pwm.neutral + sign * (self._curve.pulse(thrust) - p.pwm.neutral)
+                self.send(publisher, UInt16(data=round(between(pulse, LOWEST, HIGHEST))))
+            self._sent += 1
+            return
+        a, b = command
+        stamp = self.get_clock().now().to_msg()
+        if p.form == "normalised":
+            message = self.framed(conversions.new_wrench())
+            conversions.write_wrench(message, stamp, (float(a), float(b) * p.steering_sign))
+            self.send(self._outputs["normalised_wrench"], message)
+        elif p.form == "cmd_vel":
+            twist = Twist()
+            twist.linear.x, twist.angular.z = float(a), float(b)
+            if p.stamped:
+                stamped = TwistStamped(twist=twist)
+                stamped.header.stamp, stamped.header.frame_id = stamp, conversions.BODY
+                self.send(self._outputs["cmd_vel"], self.framed(stamped))
+            else:
+                self.send(self._outputs["cmd_vel"], twist)
+        else:
+            self.send(self._outputs["throttle"], Float64(data=float(a)))
+            self.send(self._outputs["steering"], Float64(data=float(b) * p.steering_sign))
+        self._sent += 1
+
+    # -- diagnostics and the end -------------------------------------------------------------------------------------
+
+    def _send_zero(self) -> None:
+        self._command = (0.0,) * len(self._command)
+        self._publish(self._command)
+
+    def _report(self, text: str) -> None:
+        self._problem.report(ERROR, text)
+        self.get_logger().error(text, throttle_duration_sec=5.0)
+
+    def retune(self, parameters: DriveParameters) -> None:
+        """Take a changed time-out."""
+        self._input.retune(parameters.command_timeout)
+
+    def close(self) -> None:
+        """Leave the drives without a command: zero, several times."""
+        if self.connected and (self._latch.share or self._zeros < LAST_COMMANDS):
+            for _ in range(LAST_COMMANDS):
+                self._send_zero()
+            for publisher in self._outputs.values():
+                publisher.wait_for_all_acked(Duration(nanoseconds=round(ACKNOWLEDGE_LIMITS["real time"] * NANOSECONDS)))
+        super().close()
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whether commands are passed on."""
+        values = {"share": self._latch.share, "sent": self._sent, "stopped": self._latch.stopped}
+        if self._latch.stopped:
+            return WARN, self._latch.text, values
+        if self._problem.current:
+            return *self._problem.current, values
+        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
+
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The status, and that of the commands."""
+        level, text = self._input.problem() or (OK, "fresh")
+        return [*super().diagnostic_tasks(), DiagnosticTask("command", level, text, self._input.values())]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until a signal ends it."""
+    return run_node(DriveNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

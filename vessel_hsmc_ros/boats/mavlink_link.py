@@ -1,0 +1,230 @@
+"""A MAVLink connection to one autopilot: its messages alone, what is sent to it, and the commands of each form."""
+
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+from geometry_msgs.msg import TwistStamped, WrenchStamped
+from pymavlink import mavutil
+from pymavlink.dialects.v20 import ardupilotmega as mavlink
+from std_msgs.msg import Float64
+
+from vessel_hsmc_ros.boats.handover import Sticks
+from vessel_hsmc_ros.boats.mavlink_messages import RELEASED, YAW_RATE_AND_THRUST, Pulses, axes, axis_width, overrides
+from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.command_input import CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
+
+MOST_MESSAGES = 500  # messages that are read at a time: a flood must not keep the node from its other work
+AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
+
+
+class Link:
+    """A connection to the autopilot of a system.
+
+    `target`: system of the autopilot; 0: the first one whose heartbeat is heard.
+
+    Raises:
+        RunError: the connection cannot be opened.
+    """
+
+    def __init__(self, address: str, baud: int, system: int, target: int) -> None:
+        os.environ["MAVLINK20"] = "1"  # read by pymavlink when it opens a connection
+        self._arguments = (address, baud, system)
+        self.target = target
+        self.broken = ""
+        self._began = time.monotonic()
+        try:
+            self._connection = self._opened()
+        except (OSError, ValueError, IndexError, ImportError) as error:  # a serial port needs pyserial
+            raise RunError(f"mavlink.connection = {address} cannot be opened: {error}") from None
+
+    def _opened(self) -> Any:
+        address, baud, system = self._arguments
+        component = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
+        return mavutil.mavlink_connection(
+            address, baud=baud, source_system=system, source_component=component, dialect="ardupilotmega", retries=1
+        )
+
+    def reopen(self) -> None:
+        """Open a broken connection again; it stays broken if that is not possible."""
+        try:
+            self._connection.close()
+            self._connection = self._opened()
+        except OSError as error:
+            self.broken = str(error)
+        else:
+            self.broken = ""
+
+    def receive(self) -> Iterator[Any]:
+        """The messages of the autopilot that have come since the last call."""
+        for _ in range(MOST_MESSAGES):
+            try:
+                message = None if self.broken else self._connection.recv_msg()
+            except OSError as error:
+                self.broken = str(error)
+                return
+            if message is None:
+                return
+            if self._is_of_autopilot(message):
+                yield message
+
+    def _is_of_autopilot(self, message: Any) -> bool:
+        kind = message.get_type()
+        if kind == "BAD_DATA" or message.get_srcComponent() != AUTOPILOT:
+            return False
+        system = message.get_srcSystem()
+        if not self.target and kind == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
+            self.target = system
+        return bool(system == self.target)
+
+    # -- sending ------------------------------------------------------------------------------------------------------
+
+    def _send(self, name: str, *values: Any) -> None:
+        try:
+            if not self.broken:
+                getattr(self._connection.mav, f"{name}_send")(*values)
+        except OSError as error:
+            self.broken = str(error)
+
+    def heartbeat(self) -> None:
+        """Show that this program is there."""
+        self._send(
+            "heartbeat", mavlink.MAV_TYPE_ONBOARD_CONTROLLER, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, mavlink.MAV_STATE_ACTIVE
+        )
+
+    def request(self, name: str, rate: float) -> None:
+        """Request a message at a rate, Hz, or once for a rate of 0."""
+        number = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
+        if rate:
+            values = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, number, 1e6 / rate, 0, 0, 0, 0, 0)
+        else:
+            values = (mavlink.MAV_CMD_REQUEST_MESSAGE, 0, number, 0, 0, 0, 0, 0, 0)
+        self._send("command_long", self.target, AUTOPILOT, *values)
+
+    def manual(self, y: int, z: int) -> None:
+        """Send steering and throttle."""
+        self._send("manual_control", self.target, 0, y, z, 0, 0)
+
+    def override(self, channels: Mapping[int, int]) -> None:
+        """Send pulse widths of channels of the radio, µs."""
+        self._send("rc_channels_override", self.target, AUTOPILOT, *overrides(dict(channels)))
+
+    def velocity(self, speed: float, yaw_rate: float) -> None:
+        """Send a speed as a share of the cruise speed, and a yaw rate, clockwise, rad/s."""
+        since = round((time.monotonic() - self._began) * 1e3) & 0xFFFFFFFF
+        level = [1.0, 0.0, 0.0, 0.0]
+        self._send("set_attitude_target", since, self.target, AUTOPILOT, YAW_RATE_AND_THRUST, level, 0.0, 0.0, yaw_rate, speed)
+
+    def close(self) -> None:
+        """Close the connection."""
+        self._connection.close()
+
+
+Shares = tuple[float, ...]
+
+
+class Commands:
+    """The commands of one form: the latest one, and its message.
+
+    manual has the shares of force and moment, channels that of each thruster, and guided the share of the cruise speed and the
+    yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio.
+    """
+
+    def __init__(self, node: VesselNode, link: Link, sticks: Sticks, refuse: Callable[[str], None]) -> None:
+        p = self._p = node.parameters
+        self._link, self._sticks, self._refuse = link, sticks, refuse
+        self._pulses = Pulses(*p.pulses)
+        self._thrusters = p.vessel.thrusters.thrusters()
+        self._thrusts: dict[int, tuple[float, float]] = {}
+        self._twist: tuple[float, tuple[float, float]] = -math.inf, (0.0, 0.0)
+        self._input: CommandInput | None = None
+        if p.form == "manual":
+            self._input = CommandInput(node, "cmd_wrench", p.command_timeout)
+            node.listen(WrenchStamped, "cmd_wrench", self._on_wrench, qos.NEWEST)
+        elif p.form == "guided":
+            node.listen(TwistStamped, "cmd_vel", self._on_velocity, qos.NEWEST)
+        for topic, index, _ in p.vessel.thrusters.topics() if p.form == "channels" else ():
+            node.listen(Float64, topic, partial(self._on_thrust, index), qos.NEWEST)
+        self.nothing: Shares = (0.0,) * (len(p.channels) if p.form == "channels" else 2)
+
+    def retune(self, parameters: Any) -> None:
+        """Take a changed time-out."""
+        self._p = parameters
+        if self._input is not None:
+            self._input.retune(parameters.command_timeout)
+
+    def _on_wrench(self, message: WrenchStamped) -> None:
+        if self._input is not None:
+            self._input.take(message)
+
+    def _on_velocity(self, message: TwistStamped) -> None:
+        pair = message.twist.linear.x, message.twist.angular.z
+        if all(map(math.isfinite, pair)):
+            self._twist = time.monotonic(), pair
+        else:
+            self._refuse(f"cmd_vel = {pair} is not allowed: it takes finite numbers")
+
+    def _on_thrust(self, index: int, message: Float64) -> None:
+        if math.isfinite(message.data):
+            self._thrusts[index] = time.monotonic(), message.data
+        else:
+            self._refuse(f"thrust = {message.data} is not allowed: it takes finite numbers")
+
+    def present(self) -> Shares | None:
+        """The command that holds now; None if there is none."""
+        p, limit = self._p, time.monotonic() - self._p.command_timeout
+        if self._input is not None:
+            wrench = self._input.present()
+            return wrench and (clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0))
+        if p.form == "guided":
+            at, (u, r) = self._twist
+            return (clip(u / p.cruise_speed, 1.0), r) if at > limit else None
+        given = [self._thrusts.get(i, (-math.inf, 0.0)) for i in range(len(self._thrusters))]
+        if any(at <= limit for at, _ in given):
+            return None
+        return tuple(
+            clip(thrust / ((t.thrust_ahead if thrust > 0.0 else t.thrust_astern) or t.thrust_ahead), 1.0)
+            for t, (_, thrust) in zip(self._thrusters, given, strict=True)
+        )
+
+    def send(self, command: Shares) -> None:
+        """Send a command to the autopilot."""
+        p, command = self._p, finite(command, self._refuse)
+        if p.form == "guided":
+            self._link.velocity(command[0], -command[1])
+            return
+        if p.form == "channels":
+            widths = {int(c): self._pulses.width(share) for c, share in zip(p.channels, command, strict=True)}
+            self._link.override(widths)
+        else:
+            y, z = axes(*command)
+            self._link.manual(y, z)
+            widths = {int(c): axis_width(axis, p.radio_range) for c, axis in zip(p.stick_channels, (y, z), strict=True)}
+        self._sticks.sent(time.monotonic(), widths)
+
+    def end(self) -> None:
+        """Repeat what has ended the commands: the channels given back or, in guided, zero."""
+        if self._p.form == "guided":
+            self.send(self.nothing)
+        else:
+            self.give_back()
+
+    def give_back(self) -> None:
+        """Give the channels back to the radio, which the commands of guided do not use."""
+        if self._p.form != "guided":
+            channels = self._p.channels if self._p.form == "channels" else self._p.stick_channels
+            self._link.override({int(number): RELEASED for number in channels})
+
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The state of the wrench, where it is the command."""
+        if self._input is None:
+            return []
+        level, text = self._input.problem() or (OK, "fresh")
+        return [DiagnosticTask("command", level, text, self._input.values())]

@@ -1,0 +1,242 @@
+"""The legs of a mission in metres: a part of them, how far a vessel has come on them, and the parameters that sail them.
+
+Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies. Whether the legs stay within the mission's
+own fence shows by crossings of a ray, for polygons, and by crossings of their sides.
+"""
+
+import cmath
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Refused
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.kinematics import TURN
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, outline
+
+Array = NDArray[np.float64]
+
+ROOM = 0.5  # share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut
+OUTLINE_POINTS = 2000  # points of a planned way that are compared with a fence
+MARGIN = 1e-6  # distance from a side, m, within which a leg along it is inside
+
+
+def positions(points: Sequence[MissionPoint]) -> list[complex]:
+    """The places of waypoints in metres."""
+    return [complex(*point.place) for point in points]
+
+
+def part_of(mission: Mission, legs: str) -> Mission:
+    """The mission with some of its legs, begun at the waypoint before the first of them.
+
+    The vessel passes over that waypoint, so that the leg is sailed from its beginning on. `mission`: the mission, in metres.
+    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`. Raises ParameterError if it is none of them, or there is no
+    such leg.
+    """
+    found, count = re.fullmatch(r"(\d{1,9})(-(\d{1,9})?)?", legs.strip()), len(mission.points)
+    first = int(found[1]) if found else 0
+    last = 0 if found is None else first if found[2] is None else count if found[3] is None else int(found[3])
+    if not 1 <= first <= last <= count:
+        raise ParameterError(f"--legs must be a leg or a range of legs from 1 to {count}, such as 7, 7-9 or 7- (got {legs})")
+    points = list(mission.points[first - 1 : last])
+    if first > 1:
+        before = mission.points[first - 2]
+        points.insert(0, before._replace(corner="over", hold=0.0, heading=None))
+    return replace(mission, points=tuple(points))
+
+
+def completed(mission: Mission, track: Array, least_room: float) -> int:
+    """How many of the first legs a vessel has completed, in their order.
+
+    A leg is completed when the vessel crosses the line that halves the corner at its end, near to it; the last one when the
+    vessel has come to its end. `mission`: the mission, in metres. `track`: x, y of the vessel, (n, 2) m. `least_room`: distance
+    within which it passes a waypoint however short the legs are, m.
+    """
+    points, k = positions(mission.points), 0
+    q = track[:, 0] + 1j * track[:, 1]
+    q = q[np.isfinite(q)]
+    begin, i = (q[0] if len(q) else 0j), 0
+    while k < len(points):
+        course = _direction(points[k - 1] if k else begin, points[k])
+        after = _direction(points[k], points[k + 1]) if k + 1 < len(points) else course
+        across = course + after if abs(course + after) > ROOM else course  # back on the same line
+        room = max(least_room, ROOM * min(_length(points, k, begin), _length(points, k + 1, begin)))
+        d = q[i:] - points[k]
+        ahead = (d * np.conj(across)).real >= (0.0 if k + 1 < len(points) else -least_room)
+        there = np.flatnonzero(ahead & (np.abs(d) <= room))
+        if not len(there):
+            break
+        i, k = i + int(there[0]), k + 1
+    return k
+
+
+def _direction(a: complex, b: complex) -> complex:
+    return (b - a) / abs(b - a) if b != a else 0j
+
+
+def _length(points: Sequence[complex], k: int, begin: complex) -> float:
+    """The length of the leg to a waypoint, counted from 0, m; without end behind the last."""
+    return math.inf if k >= len(points) else abs(points[k] - (points[k - 1] if k else begin))
+
+
+def leaving_fence(mission: Mission) -> list[Refused]:
+    """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence.
+
+    Raises ScenarioError if it has neither.
+    """
+    if mission.points:
+        return breaches(positions(mission.points), mission.fences, [point.item for point in mission.points])
+    if not mission.areas:
+        raise ScenarioError("the mission must have a waypoint (got none)")
+    return [
+        wrong
+        for area in mission.areas
+        for wrong in breaches(
+            [complex(*corner) for corner in (*area.corners, area.corners[0])],
+            mission.fences,
+            [area.item] * (len(area.corners) + 1),
+        )
+    ]
+
+
+def way_leaving_fence(track: PlannedTrack, fences: Sequence[Fence]) -> list[Refused]:
+    """As `leaving_fence`, of a planned way with its turns."""
+    ways = [[complex(p) for p in way] for way in outline(track, OUTLINE_POINTS)]
+    return [wrong for way in ways for wrong in breaches(way, fences, ["the planned way"] * len(way))]
+
+
+def unsendable(mission: Mission) -> list[Refused]:
+    """What a path message has no field for: a running vessel sails positions, at the speed that it is set to."""
+    why = "a path message has positions only: --into and a start with its parameters do it"
+    found = []
+    for number, point in enumerate(mission.points, 1):
+        what = [f"speed {point.speed:g} m/s"] if point.speed else []
+        what += [f"hold {point.hold:g} s"] if point.hold else []
+        what += ["heading"] if point.heading is not None else []
+        what += [f"corner {point.corner}"] if point.corner != "through" and number < len(mission.points) else []
+        found += [Refused(point.item, ", ".join(what), why)] if what else []
+    return found
+
+
+def parameters_of(mission: Mission) -> dict[str, object]:
+    """The parameters of the reference ship that sail a mission."""
+    points = mission.points
+    headings = [-1.0 if point.heading is None else point.heading % TURN for point in points]
+    return {
+        "mode": "path",
+        "path.waypoints": [value for point in points for value in point.place],
+        "path.speeds": [point.speed for point in points],
+        "path.corners": [point.corner for point in points],
+        "path.holds": [point.hold for point in points],
+        "path.headings": headings,
+        "path.time": 0.0,
+    }
+
+
+def survey_of(mission: Mission, swath: float, along: float, speed: float | None) -> dict[str, object]:
+    """The parameters of the reference ship that survey the area of a mission.
+
+    `mission`: the mission, in metres. `swath`: width that a leg covers, m. `along`: direction of the legs, rad,
+    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario. Raises ScenarioError if it has no area,
+    or several.
+    """
+    if len(mission.areas) != 1:
+        raise ScenarioError(f"--swath must be given with a file of one polygon that is no fence (got {len(mission.areas)})")
+    corners = [value for corner in mission.areas[0].corners for value in corner]
+    found: dict[str, object] = {
+        "mode": "lawnmower",
+        "lawnmower.polygon": corners,
+        "lawnmower.spacing": swath,
+        "lawnmower.heading": math.remainder(along, TURN),
+    }
+    return found if speed is None else {**found, "lawnmower.speed": speed}
+
+
+def table_of(mission: Mission, first: int) -> list[list[str]]:
+    """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y).
+
+    `mission`: the mission, in metres. `first`: number of its first waypoint.
+    """
+    rows, points = [], positions(mission.points)
+    for k, point in enumerate(mission.points):
+        way = points[k] - points[k - 1] if k else 0j
+        course = f"{(90.0 - math.degrees(cmath.phase(way))) % 360.0:.1f}" if way else "-"
+        time = f"{abs(way) / point.speed:.0f}" if point.speed and k else "-"
+        numbers = [f"{round(value, 2) + 0.0:.2f}" for value in point.place] + [f"{abs(way):.2f}" if k else "-", course]
+        speed, hold = f"{point.speed:.3g}" if point.speed else "-", f"{point.hold:g}" if point.hold else "-"
+        rows.append([str(first + k), point.name or point.item, point.corner, *numbers, speed, time, hold])
+    return rows
+
+
+def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
+    """The legs that leave an area to stay in, or enter one to stay out of.
+
+    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m.
+    """
+    found = []
+    for fence in fences:
+        legs = zip(items[1:], pairwise(points), strict=True)
+        wrong = [item for item, (a, b) in legs if not _keeps(a, b, fence)]
+        if len(points) == 1 and _inside(points[0], fence) != fence.inside:
+            wrong = [items[0]]
+        if wrong:
+            what = "leaves the area to stay in" if fence.inside else "enters the area to stay out of"
+            more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+            found.append(Refused(wrong[0], f"its leg{more}", f"it {what}, {fence.item}"))
+    return found
+
+
+def _keeps(a: complex, b: complex, fence: Fence) -> bool:
+    """Whether a leg stays inside, or outside."""
+    if fence.radius:
+        (center,) = (complex(*corner) for corner in fence.corners)
+        if fence.inside:  # the end that is farther away
+            return max(abs(a - center), abs(b - center)) <= fence.radius
+        return _distance(center, a, b) >= fence.radius
+    # Between two crossings of sides a leg is inside or outside as a whole.
+    cuts = sorted({0.0, 1.0, *(t for c, d in _sides(fence) if (t := _crossing(a, b, c, d)) is not None)})
+    parts = [0.0, 1.0, *(0.5 * (first + last) for first, last in pairwise(cuts))]
+    return all(_inside(a + t * (b - a), fence) == fence.inside for t in parts)
+
+
+def _sides(fence: Fence) -> list[tuple[complex, complex]]:
+    corners = [complex(*corner) for corner in fence.corners]
+    return [*zip(corners, [*corners[1:], corners[0]], strict=True)]
+
+
+def _inside(p: complex, fence: Fence) -> bool:
+    """Whether a point is inside; one on the side of an area is as it has to be."""
+    if fence.radius:
+        return abs(p - complex(*fence.corners[0])) <= fence.radius
+    sides = _sides(fence)
+    if min(_distance(p, c, d) for c, d in sides) <= MARGIN:
+        return fence.inside
+    crossed = [
+        (c.imag > p.imag) != (d.imag > p.imag) and p.real < (d.real - c.real) * (p.imag - c.imag) / (d.imag - c.imag) + c.real
+        for c, d in sides
+    ]
+    return sum(crossed) % 2 == 1
+
+
+def _distance(p: complex, a: complex, b: complex) -> float:
+    """The distance of a point from a line between two others, m."""
+    way = b - a
+    if not way:
+        return abs(p - a)
+    along = ((p - a) * way.conjugate()).real / abs(way) ** 2
+    return abs(p - a - min(max(along, 0.0), 1.0) * way)
+
+
+def _crossing(a: complex, b: complex, c: complex, d: complex) -> float | None:
+    """Where a side crosses a leg, as a share of the leg; None where it does not, or is parallel to it."""
+    leg, side = b - a, d - c
+    area = (leg.conjugate() * side).imag
+    if not area:
+        return None
+    t, s = ((c - a).conjugate() * side).imag / area, ((c - a).conjugate() * leg).imag / area
+    return t if 0.0 <= t <= 1.0 and 0.0 <= s <= 1.0 else None

@@ -1,0 +1,200 @@
+"""The PX4 node: makes odometry of VehicleOdometry, and passes commands on as throttle and steering in the mode Offboard."""
+
+import math
+import sys
+import time
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
+from px4_msgs.msg import OffboardControlMode, RoverSteeringSetpoint, RoverThrottleSetpoint, VehicleOdometry, VehicleStatus
+
+from vessel_hsmc_ros.boats import px4_messages as px4
+from vessel_hsmc_ros.boats.autopilot_parameters import Px4Parameters
+from vessel_hsmc_ros.boats.handover import FAILSAFE, Handover
+from vessel_hsmc_ros.boats.mavlink_messages import BootClock
+from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.boats.takeover import Takeover
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.command_input import CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
+from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.transforms import transform_publisher
+
+RATE = 50.0  # rate of VehicleOdometry that the deadline of the odometry is offered for, Hz
+MICROSECOND = 1000  # in nanoseconds, the unit of time here; PX4 counts in microseconds
+MODE_PREFIX = "NAVIGATION_STATE_"
+
+STEERING = ("normalized_steering_setpoint", "normalized_speed_diff")
+"""The fields of RoverSteeringSetpoint, of which each version of PX4 has one: 1.17 and later, 1.16."""
+
+
+class Px4Node(VesselNode):
+    """Publishes odometry from PX4's estimate, and passes commands on while PX4 is ready for them.
+
+    OffboardControlMode is streamed from the start, because PX4 needs it before Offboard can be selected, and its end is what PX4
+    notices when this computer dies. Setpoints are sent in Offboard only, and there always: PX4 would keep the last one. They are
+    zero unless the controller is not in standby and its commands are fresh. When PX4 is disarmed, leaves Offboard, reports a
+    failsafe or falls silent, the controller is put into standby: only a person enables it again. The node neither arms nor
+    changes modes.
+    """
+
+    NAME = "px4"
+    PARAMETERS = Px4Parameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        if p.lockstep:
+            raise ParameterError("px4.lockstep = True is not allowed: an autopilot works in real time")
+        modes = {getattr(VehicleStatus, n): n.removeprefix(MODE_PREFIX) for n in dir(VehicleStatus) if n.startswith(MODE_PREFIX)}
+        self._handover = Handover(px4.OFFBOARD, p.heartbeat_timeout, modes)
+        self._boot = BootClock()
+        self._mode, self._heard, self._resets = -1, -math.inf, -1
+        self._received = self._published = 0
+        self._command = (0.0, 0.0)
+        self._problem = RecentProblem()
+        self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+        self._create_topics()
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
+
+    def _create_topics(self) -> None:
+        self._odometry = self.framed(conversions.new_odometry())
+        self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
+        self.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(self)
+        stream = qos.data(False)
+        self._mode_out = self.advertise(OffboardControlMode, "fmu/in/offboard_control_mode", stream)
+        self._throttle_out = self.advertise(RoverThrottleSetpoint, "fmu/in/rover_throttle_setpoint", stream)
+        self._steering_out = self.advertise(RoverSteeringSetpoint, "fmu/in/rover_steering_setpoint", stream)
+        self._steering = next(name for name in STEERING if hasattr(RoverSteeringSetpoint, name))
+        self.listen(VehicleOdometry, "fmu/out/vehicle_odometry", self._on_odometry, qos.NEWEST)
+        self.listen(VehicleStatus, "fmu/out/vehicle_status", self._on_status, qos.NEWEST)
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
+        self._takeover = Takeover(self, self._handover, self._send_zero, lambda: None)
+        self._latch = StopLatch(self, "the output", self._send_zero)
+
+    def describe(self) -> str:
+        """The limits and the times."""
+        p = self.parameters
+        limits = f"1 is {p.surge_force_limit:g} N and {p.yaw_moment_limit:g} N·m"
+        return f"throttle and steering in Offboard, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
+
+    # -- messages of PX4 ----------------------------------------------------------------------------------------------
+
+    def _on_status(self, message: Any) -> None:
+        self._mode, self._heard = message.nav_state, time.monotonic()
+        armed = message.arming_state == px4.ARMED
+        self._handover.heartbeat(self._heard, armed, message.nav_state, FAILSAFE[0] if message.failsafe else 0)
+        self._takeover.act()
+
+    def _on_odometry(self, message: Any) -> None:
+        """Publish the motion, with the time of this computer: PX4's may count from its start, or by another clock."""
+        self._received += 1
+        reboots = self._boot.reboots
+        age = self._boot.age((message.timestamp_sample or message.timestamp) * 1e-6, time.monotonic())
+        stamp = self.now() - round(age * NANOSECONDS)
+        if self._boot.reboots > reboots:
+            self._handover.take_over("the autopilot has been restarted, or has set its clock back")
+            self._takeover.act()
+        if problem := px4.problem(message):
+            self._refuse(f"no odometry: VehicleOdometry: {problem}")
+            return
+        if message.reset_counter != self._resets:
+            if self._resets >= 0:
+                self.get_logger().warning("the estimator of PX4 has been reset: position or heading may have jumped")
+            self._resets = message.reset_counter
+        motion = px4.motion_of(message)
+        conversions.write_odometry(self._odometry, conversions.time_message(stamp), motion)
+        self.send(self._odometry_out, self._odometry)
+        self._publish_transform(self._odometry)
+        self._published += 1
+
+    # -- commands -----------------------------------------------------------------------------------------------------
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        self._input.take(message)
+
+    def _on_timer(self) -> None:
+        now, p = time.monotonic(), self.parameters
+        self._handover.check(now)
+        self._takeover.act()
+        self.send(self._mode_out, OffboardControlMode(timestamp=self._timestamp(), thrust_and_torque=True))
+        allowed = self._handover.passes(now)
+        wrench = self._input.present() if allowed and not self._latch.stopped else None
+        if wrench is not None:
+            self._command = clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0)
+        share = self._latch.update(wrench is not None, allowed)
+        self._send(share * self._command[0], share * self._command[1])
+
+    def _send_zero(self) -> None:
+        self._send(0.0, 0.0)
+
+    def _send(self, throttle: float, to_port: float) -> None:
+        """Send shares of force and moment in Offboard; in other modes they would compete with PX4's own setpoints."""
+        if self._mode != px4.OFFBOARD:
+            return
+        throttle, to_port = finite((throttle, to_port), self._refuse)
+        at = self._timestamp()
+        # The other direction is that of boats with thrusters to the side.
+        self.send(self._throttle_out, RoverThrottleSetpoint(timestamp=at, throttle_body_x=throttle, throttle_body_y=math.nan))
+        self.send(self._steering_out, RoverSteeringSetpoint(timestamp=at, **{self._steering: -to_port}))
+
+    def _timestamp(self) -> int:
+        """The time of PX4, µs, by its own stamps: that of this computer may be stepped; before the first one, the latter."""
+        at = self._boot.stamp(time.monotonic())
+        return self.now() // MICROSECOND if at is None else round(at * 1e6)
+
+    # -- diagnostics and the end --------------------------------------------------------------------------------------
+
+    def _refuse(self, text: str) -> None:
+        self._problem.report(ERROR, text)
+        self.get_logger().error(text, throttle_duration_sec=5.0)
+
+    def retune(self, parameters: Px4Parameters) -> None:
+        """Take a changed time-out."""
+        self._input.retune(parameters.command_timeout)
+
+    def close(self) -> None:
+        """Leave the autopilot with zero, several times; it ends Offboard by its own time-out."""
+        if self.connected:
+            for _ in range(LAST_COMMANDS):
+                self._send_zero()
+        super().close()
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whether commands are passed on, and what is awaited."""
+        values = {"share": self._latch.share, "stopped": self._latch.stopped, "odometry": self._published}
+        if self._latch.stopped:
+            return WARN, self._latch.text, values
+        if self._problem.current:
+            return *self._problem.current, values
+        for topic, awaited in (("vehicle_status", self._heard == -math.inf), ("vehicle_odometry", not self._received)):
+            if awaited:
+                return WARN, f"waiting for {self.resolve_topic_name('fmu/out/' + topic)}", values
+        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
+
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The status, that of the autopilot, and that of the commands."""
+        waits = self._handover.taken or self._handover.waits(time.monotonic())
+        level, text = self._input.problem() or (OK, "fresh")
+        return [
+            *super().diagnostic_tasks(),
+            DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}),
+            DiagnosticTask("command", level, text, self._input.values()),
+        ]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until a signal ends it."""
+    return run_node(Px4Node, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

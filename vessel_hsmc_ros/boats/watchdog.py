@@ -1,0 +1,138 @@
+"""The watchdog node: passes commands on while they are fresh, and reports nodes that have fallen silent."""
+
+import sys
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import WrenchStamped
+
+from vessel_hsmc_ros.boats.parameters import WatchdogParameters
+from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
+from vessel_hsmc_ros.nodes.command_output import finite
+from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
+
+
+class WatchdogNode(VesselNode):
+    """Passes `cmd_wrench` on as `watched_wrench` while it is fresh; otherwise the wrench ramps to zero.
+
+    For thruster drivers without a time-out of their own. It runs in a process of its own, so that it outlives the controller,
+    and at its end it leaves zero. A driver notices its death only by the end of `watched_wrench`, which has the rate of the
+    commands, or else `rate_hz`.
+
+    The output is share·command, within the limits. The share goes from 1 to 0 in `ramp_time` when the commands are not fresh,
+    back to 1 in the same time when they are, and is 0 from `~/stop` until `~/rearm`.
+    """
+
+    NAME = "watchdog"
+    PARAMETERS = WatchdogParameters
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        p = self.parameters
+        if p.lockstep:
+            raise ParameterError("watchdog.lockstep = True is not allowed: a watchdog works in real time")
+        self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+        self._command: Command = (0.0, 0.0)
+        self._problem = RecentProblem()
+        self._prefix = f"{self.get_namespace().strip('/')}/".lstrip("/")
+        self._heard_at = {name: time.monotonic() for name in p.watched_nodes if name}
+        self._wrench_out = self.advertise(WrenchStamped, "watched_wrench", qos.offered(False, p.rate_hz))
+        self._wrench = self.framed(conversions.new_wrench())
+        self._latch = StopLatch(self, "the wrench", self._publish, share=1.0)
+        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.DIAGNOSTICS)
+        self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
+
+    def describe(self) -> str:
+        """The time-outs and the watched nodes."""
+        p = self.parameters
+        nodes = ", ".join(self._heard_at) or "no node"
+        return f"time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s, watches {nodes} for {p.heartbeat_timeout:g} s"
+
+    # -- commands -----------------------------------------------------------------------------------------------------
+
+    def _on_command(self, message: WrenchStamped) -> None:
+        if self._input.take(message):
+            p, (force, moment) = self.parameters, conversions.read_wrench(message)
+            self._command = clip(force, p.surge_force_limit), clip(moment, p.yaw_moment_limit)
+            self._publish()
+
+    def _on_timer(self) -> None:
+        """Publish on the way to zero and at zero; fresh commands are published as they come."""
+        if self._is_fresh():
+            self._latch.update(True)  # so that the ramp begins at the time-out, not at the last command
+        else:
+            self._publish()
+
+    def _is_fresh(self) -> bool:
+        return not self._latch.stopped and self._input.present() is not None
+
+    def _publish(self) -> None:
+        share, (force, moment) = self._latch.update(self._is_fresh()), self._command
+        self._send((share * force, share * moment), self.now())
+
+    def _send(self, wrench: Command, stamp: int) -> None:
+        force, moment = finite(wrench, self._report)
+        conversions.write_wrench(self._wrench, conversions.time_message(stamp), (force, moment))
+        self.send(self._wrench_out, self._wrench)
+
+    def _report(self, text: str) -> None:
+        self._problem.report(ERROR, text)
+        self.get_logger().error(text, throttle_duration_sec=5.0)
+
+    # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():
+            self._heard_at[name] = time.monotonic()
+
+    def retune(self, parameters: WatchdogParameters) -> None:
+        """Take a changed time-out."""
+        self._input.retune(parameters.command_timeout)
+
+    def close(self) -> None:
+        """Leave the driver without a command: zero, several times."""
+        now = self.now()
+        for number in range(LAST_COMMANDS if self.connected else 0):  # a second command of one stamp would be refused
+            self._send((0.0, 0.0), now + number)
+        super().close()
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whether commands are passed on; an error names the nodes that are silent."""
+        values = {"share": self._latch.share, "stopped": self._latch.stopped}
+        if self._latch.stopped:
+            return WARN, self._latch.text, values
+        if self._problem.current:
+            return *self._problem.current, values
+        return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
+
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The status, that of the commands, and that of the heartbeats."""
+        level, text = self._input.problem() or (OK, "fresh")
+        ages = {name: time.monotonic() - at for name, at in self._heard_at.items()}
+        silent = [f"{name} for {age:.1f} s" for name, age in ages.items() if age > self.parameters.heartbeat_timeout]
+        heartbeat = (ERROR, f"no diagnostics of {', '.join(silent)}") if silent else (OK, "all nodes are alive")
+        if silent:
+            self.get_logger().error(heartbeat[1], throttle_duration_sec=5.0)
+        return [
+            *super().diagnostic_tasks(),
+            DiagnosticTask("command", level, text, self._input.values()),
+            DiagnosticTask("heartbeat", *heartbeat, {f"{name}_age": age for name, age in ages.items()}),
+        ]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the node until a signal ends it."""
+    return run_node(WatchdogNode, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,215 @@
+"""Guidance of the guided law: the course, turn and surge velocity through the water that bring the ship to her reference.
+
+| symbol | meaning | unit |
+|---|---|---|
+| p, p_d, e | positions of ship and reference, p - p_d | L |
+| w_d, w_t | velocity of the reference over ground, and that which the ship is to have along her hull | L/T |
+| c | estimated current | L/T |
+| W, chi | speed and course through the water of the track | L/T, rad |
+| e_c | distance of the ship to port of the track | L |
+| k | approach speed per distance: k_p near, bounded at rest; the braking curve of a deceleration a_p far away | 1/T |
+| b | share of the error by which the course itself is turned towards the reference, 0 near the track | - |
+| xi | integrals of the error along and across the reference, and over the earth | L/T |
+| beta, v_s | drift angle and sway velocity that go with the turn | rad, L/T |
+| psi_s, r_s | heading and yaw rate of the track, chi - beta | rad, 1/T |
+
+Its turn is that of this velocity, with the velocity that the ship has: so the course loses no time on the way to a reference that
+turns, which she would otherwise follow for ever on a smaller circle.
+
+Through the water the track has the velocity w_d - xi - c - b·k·e. Near a reference that moves through the water, b = 0:
+course and turn are those of the reference, and the regulator closes the distance e_c. Far from it, or where a reference at rest
+stands in still water, b = 1: the course is that to the reference. A ship at rest in a current is a ship under way.
+"""
+
+import math
+from typing import NamedTuple
+
+from vessel_hsmc_ros.control.guided.filter import CE, CN, KAPPA
+from vessel_hsmc_ros.control.guided.parameters import Gains
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body
+from vessel_hsmc_ros.core.limits import clip
+
+NEAR = 0.5  # distance in L within which a track is followed rather than its reference pursued
+STILL = 0.06  # speed of the reference through the water, L/T, at which that distance is half as large
+ASTERN = 0.004
+"""Speed astern, L/T, from which a reference that moves astern over ground and through the water is followed astern."""
+
+SLOWEST = 0.011
+"""Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
+
+TURNING = 0.05  # yaw rate of a reference at rest, 1/T, at which half of the way to its heading is followed
+LARGEST_TURN = 2.0  # largest turn that is fed forward, 1/T
+INTEGRAL = 0.03, 0.1
+"""Largest integral of the error, L/T, and distance within which it is integrated along and across the reference, L."""
+
+ACROSS = 0.14  # integral gain across the track at most, in terms of the square of the rate at which the regulator approaches it
+OVER_EARTH = 1.4, 0.03
+"""Integral gain over the earth in terms of that across the track, and distance at which half of it holds, L."""
+
+LEAN = 0.1  # shortest time constant, in terms of 1/a, in which the drift takes part in a turn
+AT_REST = 0.35
+"""Largest rate of the approach to a point at rest, in terms of a/kappa: a ship that comes faster than her drift decays circles it
+for ever."""
+
+STEEPEST = 0.8  # sine of the largest drift angle
+STATION_SPEED = 0.12  # velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station
+LEVER = 0.02  # lever arm of station keeping in still water, L
+SHORT = 0.075  # distance of the pivot ahead of the origin, L, from which station keeping reckons with it
+
+
+class Integrals(NamedTuple):
+    """Integrals of the position error: along and across the reference, and along x and y of the earth-fixed frame."""
+
+    along: float
+    across: float
+    x: float
+    y: float
+
+
+class Track(NamedTuple):
+    """Speed, course and turn of the track, and what the ship has to do along her hull."""
+
+    # W, chi: speed and course through the water
+    W: float
+    chi: float
+    # growth, dchi: their rates of change, dW and dchi
+    growth: float
+    dchi: float
+    way: float  # 1 where the track is to be sailed ahead, -1 astern
+    e_c: float  # distance to port of the course of the track
+    # w_t, w_n: velocity over ground along and across the hull
+    w_t: float
+    w_n: float
+    dw_t: float  # rate of change of w_t in the axes of the hull
+    xi: Integrals  # the integrals one period later
+
+
+@kernel
+def to_earth(x: float, y: float, psi: float) -> tuple[float, float]:
+    """A vector along and across a hull of heading psi, along x and y of the earth-fixed frame."""
+    return to_body(x, y, -psi)
+
+
+@kernel
+def braked(epsilon: float, c: float, a: float, largest: float) -> float:
+    """A rate for an error of what it changes: c·epsilon when small, sqrt(2·a·|epsilon|) when large, at most the largest.
+
+    The square root is the braking curve of a constant deceleration a, which may be infinite: the positive root of
+    rate²/(2·a) + rate/c = |epsilon| joins both limits smoothly.
+    """
+    rate = 2.0 * c * abs(epsilon) / (1.0 + math.sqrt(1.0 + 2.0 * c * c * abs(epsilon) / a))
+    return math.copysign(min(rate, largest), epsilon)
+
+
+@kernel
+def track(
+    ship: Motion,
+    goal: Motion,
+    acceleration: Acceleration,
+    c_E: float,
+    c_N: float,
+    xi: Integrals,
+    slope: float,
+    settling: float,
+    g: Gains,
+) -> Track:
+    """The track of a ship.
+
+    `ship`: the motion of her controlled point, over ground. `goal`, `acceleration`: the reference, and the derivatives of its
+    body velocities. `slope`: angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
+    `settling`: rate at which the drift of her turns decays, a/kappa.
+    """
+    e_x, e_y = ship.x - goal.x, ship.y - goal.y
+    distance = magnitude(e_x, e_y)
+    vx, vy = to_earth(goal.u - xi.along, goal.v - xi.across, goal.psi)
+    vx, vy = vx - xi.x, vy - xi.y
+    ax, ay = to_earth(acceleration.du - goal.r * goal.v, acceleration.dv + goal.r * goal.u, goal.psi)
+    Wx, Wy = vx - c_E, vy - c_N
+    square = Wx * Wx + Wy * Wy
+    moving = square / (square + STILL * STILL)
+    far = max(0.0, 1.0 - moving * NEAR / max(distance, 1e-9))
+    at_rest = min(g.k_p, AT_REST * settling)
+    k = braked(distance, at_rest + moving * (g.k_p - at_rest), g.a_p, g.v_max) / max(distance, 1e-9)
+    Bx, By = Wx - k * far * e_x, Wy - k * far * e_y
+    along = Wx * math.cos(goal.psi) + Wy * math.sin(goal.psi)
+    way = -1.0 if max(goal.u, along) < -ASTERN and far < 0.5 else 1.0
+    missing = way * max(0.0, SLOWEST - magnitude(Bx, By))
+    # She follows the reference as it turns on the spot, and else keeps the heading at which she rests.
+    turning = goal.r * goal.r / (goal.r * goal.r + TURNING * TURNING)
+    heading = ship.psi + turning * math.remainder(goal.psi - ship.psi, TURN)
+    Bx, By = Bx + missing * math.cos(heading), By + missing * math.sin(heading)
+    W, chi = max(magnitude(Bx, By), 1e-3), math.atan2(By, Bx)
+    ux, uy = to_earth(ship.u, ship.v, ship.psi)
+    dBx, dBy, of_B = ax - k * far * (ux - vx), ay - k * far * (uy - vy), Bx * Bx + By * By
+    dchi = square / (square + 1e-4) * clip((Bx * dBy - By * dBx) / max(of_B, 1e-4), LARGEST_TURN)
+    growth = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
+    e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
+    # The velocity along the hull closes the whole error; a point at rest abeam has to come ahead of her first.
+    v_t, v_n = to_body(vx, vy, ship.psi)
+    e_t, e_n = to_body(e_x, e_y, ship.psi)
+    k_t = k * (1.0 - (1.0 - moving) * e_n * e_n / max(distance * distance, 1e-18))
+    w_t, w_n = v_t - k_t * e_t, v_n - k * e_n
+    dw_t = to_body(ax - k_t * (ux - vx), ay - k_t * (uy - vy), ship.psi)[0] + ship.r * w_n
+    # A regulator that is slow across the track needs slow integrals.
+    rate = W * slope
+    across = min(g.k_i, ACROSS * rate * rate)
+    xi = integrated(xi, e_x, e_y, goal.psi, moving * g.k_i, moving * across, turning, g)
+    return Track(W, chi, growth, dchi, way, e_c, w_t, w_n, dw_t, xi)
+
+
+@kernel
+def integrated(
+    xi: Integrals, e_x: float, e_y: float, psi: float, along: float, across: float, turning: float, g: Gains
+) -> Integrals:
+    """The integrals one period later.
+
+    In a turn, what is constant over the earth, such as an error of the current, turns through the axes of the reference, where
+    an integral cannot follow it: so there is one over the earth as well. On a straight track both would be the same, so it
+    rests there, and what no turn shows returns to zero at the rate w_0. Far away no integral grows, but each is unloaded: one
+    that stood still there would keep the ship away for ever. `turning`: share in which the reference turns, from 0 to 1.
+    """
+    square = e_x * e_x + e_y * e_y
+    near = square / (OVER_EARTH[1] * OVER_EARTH[1])
+    step, kept, most = g.h * OVER_EARTH[0] * across * turning / (1.0 + near * near), 1.0 - g.w_0 * g.h, INTEGRAL[0]
+    x, y = clip(kept * xi.x + step * e_x, most), clip(kept * xi.y + step * e_y, most)
+    e_1, e_2 = to_body(e_x, e_y, psi)
+    far = square > INTEGRAL[1] * INTEGRAL[1]
+    d_1 = 0.0 if far and e_1 * xi.along > 0.0 else g.h * along * e_1
+    d_2 = 0.0 if far and e_2 * xi.across > 0.0 else g.h * across * e_2
+    return Integrals(clip(xi.along + d_1, most), clip(xi.across + d_2, most), x, y)
+
+
+@kernel
+def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: float) -> tuple[float, float]:
+    """The drift angle one period later that goes with the turn of the track, and its rate of change.
+
+    With u = W·cos(beta), v = W·sin(beta) and r = dchi - dbeta, dv = -kappa·u·r - a·v + f_v becomes
+
+        (1 - kappa)·cos(beta)·dbeta = f_v/W - kappa·cos(beta)·dchi - (a + dW/W)·sin(beta)
+
+    Astern, the water passes the hull the other way round, and f_v counts with the other sign. Where kappa is near 1 or above, the
+    drift would have to begin before the turn: it takes part almost at once.
+    """
+    decay, along = max(a + t.growth / t.W, 0.5 * a), math.cos(beta)
+    goal = clip((t.way * f_v / t.W - kappa * along * t.dchi) / decay, STEEPEST)
+    change = -math.expm1(-decay * h / max(1.0 - kappa, LEAN)) * (goal - math.sin(beta)) / along
+    return beta + change, change / h
+
+
+@kernel
+def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains) -> tuple[float, float]:
+    """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which she does.
+
+    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts: r =
+    (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
+    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first. `v_p`: sway
+    velocity of the pivot, over ground. `a`: decay rate of the sway. `lever`: distance x of the pivot ahead of the controlled
+    point.
+    """
+    square = (t.w_t * t.w_t + t.w_n * t.w_n) / (STATION_SPEED * STATION_SPEED)
+    short = SHORT * SHORT / (g.x_p * g.x_p)
+    share = lever / g.x_p / ((1.0 + square * square) * (1.0 + short * short * short * short))
+    rho = LEVER + float(x[KAPPA]) / a * magnitude(float(x[CE]), float(x[CN]))
+    return share, clip((v_p - t.w_n) / (lever + rho), g.r_max)

@@ -1,0 +1,210 @@
+"""The parameters of the guided law, dimensionless, and its constants for a ship.
+
+| symbol | meaning | unit |
+|---|---|---|
+| L, T | length of the hull; time of the ship's turns, sqrt(m33/tau_2max) | m, s |
+| q | stretch of the controller's unit of time for slow actuators | - |
+| T_r, T_d, T_f | lag that remains with the lead against it, dead time, time from zero to the limit | s |
+| h | control period in units of T | - |
+| i | share of the yaw acceleration that braking curves use, in terms of turn_share | - |
+
+Lengths are in units of L, times in units of T, forces as accelerations of the declared inertia: for the law every ship is of
+length 1 with a largest yaw acceleration of 1. The controller reckons in the time q·T with
+
+    q = 1 + max(T_r + T_d + T_f/10)/T,   i = 1/(1 + (T_f/(q·T·1.2))²)
+
+because a loop through slow actuators must be slower, and a moment that rises slowly must begin to fall early. The numbers were
+searched on drawn ships; docs/guided.md states on which.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.control.guided.regulator import table
+from vessel_hsmc_ros.control.interface.applied_wrench import Channel, channel
+from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
+from vessel_hsmc_ros.control.interface.known_vessel import ControlledVessel, KnownVessel
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kinematics import GRAVITY
+from vessel_hsmc_ros.core.schema import parameter
+
+RISE, RISING, FALLING = 0.1, 1.2, 0.5
+"""Share of T_f in the stretch q, T_f in q·T at which braking curves use half of turn_share, and share of T_f in which the moment
+is to fall to zero: with all of it turns would be slower than they have to be where T_f is only assumed."""
+
+ASSUMED_FULL = 2.0  # T_f in T where not all of the actuators is declared, for braking curves alone
+POSE_FILTER = 6.9, 13.8  # bandwidths of the correction of position and heading, 1/T
+FROUDE = 0.06  # speed of the reference, as a Froude number, at which half of the way from the origin to the pivot is controlled
+TURN_FILTER = 16.0  # bandwidth of the turns that are fed forward, 1/T
+LOOSE, FAR_AHEAD = 2.0, 0.1
+"""Factor by which the loops are looser where not all of the actuators is declared, or the pivot, about which turns move the
+origin, is so far ahead of it, L."""
+
+IDENTIFIED = 0.5  # doubt about identified actuators: they are those of the nearest model of a bank, and found by turns alone
+FIRST_DOUBT = 0.05, 0.02, 0.1  # standard deviations of f_u, f_v and f_r at the start, in L/T² and 1/T²
+FIRST_SHARE = 0.3
+"""Share of the standard deviations of what lasts, at the start: an observer that has just begun gives wrong velocities."""
+
+CENTRE, PIVOT_DOUBT = 0.5, 1.5
+"""Distance of the centre of lateral damping behind the pivot in terms of x_p: half of it is midway between pivot and origin; and
+what the doubt of that adds to the standard deviation of kappa, per x_p in L."""
+
+RATIO_DOUBT, DECLARED_DOUBT = 0.1, 0.3  # standard deviations of kappa, and of the logarithm of a declared decay of the sway
+
+
+def number(default: float, description: str, unit: str, symbol: str, high: float = 100.0) -> float:
+    """Declare a positive dimensionless number; the arguments are those of `parameter`."""
+    return parameter(default, description, unit=unit, low=1e-4, high=high, symbol=symbol, tunable=True)
+
+
+@dataclass(frozen=True)
+class GuidedParameters:
+    """Numbers of the law in units of the ship's length L and of the time T of her turns."""
+
+    cross_track: float = number(0.04, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
+    turn_rate: float = number(0.4, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
+    position_gain: float = number(1.5, "Approach speed per position error.", "1/T", "k_p")
+    approach_speed: float = number(0.5, "Largest approach speed.", "L/T", "v_max")
+    approach_braking: float = number(0.08, "Deceleration of the approach.", "L/T²", "a_p")
+    integral_gain: float = number(0.11, "Integral gain on the position error.", "1/T²", "k_i")
+    surge_gain: float = number(4.0, "Surge acceleration per error of the surge velocity.", "1/T", "k_u")
+    approach_angle: float = number(0.8, "Largest angle at which a track is approached.", "rad", "theta", math.pi / 2)
+    turn_share: float = number(
+        0.4, "Share of the largest yaw acceleration that braking curves use, of instant actuators.", "", "a_s", 1.0
+    )
+    velocity_noise: float = number(0.007, "Standard deviation of measured velocities over T/20.", "L/T", "n_u")
+    yaw_rate_noise: float = number(0.01, "Standard deviation of measured yaw rates over T/20.", "1/T", "n_r")
+    surge_walk: float = number(0.23, "Change of the surge disturbance in T, as a standard deviation.", "L/T²", "q_u")
+    sway_walk: float = number(0.005, "Change of the sway disturbance in T, as a standard deviation.", "L/T²", "q_v")
+    yaw_walk: float = number(0.2, "Change of the yaw disturbance in T, as a standard deviation.", "1/T²", "q_r")
+    sway_decay: float = number(2.0, "Decay rate of the sway where it is not declared.", "1/T", "a_0")
+    sway_doubt: float = number(1.4, "Standard deviation of its natural logarithm.", "", "s_a")
+    surge_decay_doubt: float = number(0.7, "Decay rate of the surge velocity, expected and its standard deviation.", "1/T", "s_b")
+    current_doubt: float = number(0.03, "Standard deviation of each component of a current.", "sqrt(g·L)", "s_c")
+    return_rate: float = number(
+        0.02, "Rate at which sway damping and current, unobserved, return to what was expected.", "1/T", "w_0"
+    )
+    actuator_identification: bool = parameter(
+        True,
+        "Whether lag, dead time and rate of the actuators are identified while the ship turns, and take the place of the declared"
+        " ones where these do not explain her motion.",
+    )
+
+
+class Gains(NamedTuple):
+    """The constants of the law; all but L, T, force and moment in its units."""
+
+    # L, T: the units, m and s
+    L: float
+    T: float
+    # force, moment: the units of force and moment, N and N·m
+    force: float
+    moment: float
+    h: float  # control period
+    # x_p, x_d, U_s: distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
+    # behind the pivot; speed at which half of it is controlled
+    x_p: float
+    x_d: float
+    U_s: float
+    # k_p, v_max, a_p, k_i, k_u, theta: of the guidance, with q
+    k_p: float
+    v_max: float
+    a_p: float
+    k_i: float
+    k_u: float
+    theta: float
+    # a_max, r_max, a_r: of the braking curves of heading and yaw rate
+    a_max: float
+    r_max: float
+    a_r: float
+    q: float  # stretch of the regulator's unit of time
+    m: float  # m22/m11
+    # R_u, R_r: variances of a measured velocity and yaw rate
+    R_u: float
+    R_r: float
+    # Q, P_0, x_0: growth of the variances per time, variances and states at the start, shape (11,)
+    Q: Array
+    P_0: Array
+    x_0: Array
+    w_0: float  # rate of return to x_0
+    # z_p, z_h: poles of the correction of position and heading
+    z_p: float
+    z_h: float
+    step_f: float  # step of the filter of the turns that are fed forward
+    # surge, yaw: the actuators
+    surge: Channel
+    yaw: Channel
+    table: Array  # gains of the regulator
+
+
+def gains(p: GuidedParameters, vessel: KnownVessel, period: float, identified: bool = False) -> Gains:
+    """The constants of the law for a ship, whose actuators may be those that were identified, and a control period, s."""
+    T, L, inputs = unit_time(vessel), vessel.length, dynamics(vessel)
+    both = inputs.surge, inputs.yaw
+    q = 1.0 + max(each.remaining + each.dead_time + RISE * each.full for each in both) / T
+    least = 0.0 if inputs.declared else ASSUMED_FULL
+    fall = FALLING * max(least, inputs.yaw.full / T)
+    early = 1.0 / (1.0 + (max(least, *(each.full / T for each in both)) / (q * RISING)) ** 2)
+    units = vessel.surge_inertia * L / T**2, vessel.yaw_inertia / T**2
+    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    surge, yaw = (
+        channel(limit / unit, each.lag, each.remaining, each.rate / unit, each.dead_time, period)
+        for each, limit, unit in zip(both, limits, units, strict=True)
+    )
+    h = period / T
+    doubt = min(max(pivot(vessel), 0.0) / FAR_AHEAD, 1.0) if inputs.declared else 1.0
+    p = loosened(p, max(doubt, IDENTIFIED) if identified else doubt)
+    return Gains(
+        L=L, T=T, force=units[0], moment=units[1], h=h,
+        x_p=pivot(vessel), x_d=CENTRE * pivot(vessel), U_s=FROUDE * math.sqrt(GRAVITY * L) * T / L,
+        k_p=p.position_gain / q**2, v_max=p.approach_speed / q, a_p=p.approach_braking / q**2,
+        k_i=p.integral_gain / q**2, k_u=p.surge_gain / q, theta=p.approach_angle, q=q,
+        a_max=p.turn_share * early, r_max=(0.4 + early) / q, a_r=1.0 / fall if fall > 0.0 else math.inf,
+        R_u=p.velocity_noise**2 * 0.05 / h, R_r=p.yaw_rate_noise**2 * 0.05 / h, **prior(p, vessel, T),  # type: ignore[arg-type]
+        z_p=math.exp(-POSE_FILTER[0] * h), z_h=math.exp(-POSE_FILTER[1] * h), step_f=-math.expm1(-TURN_FILTER * h / q),
+        surge=surge, yaw=yaw, table=table(p.cross_track, p.turn_rate),
+    )  # fmt: skip
+
+
+def loosened(p: GuidedParameters, doubt: float) -> GuidedParameters:
+    """The numbers for a ship of whose actuators, or turns, as much is in doubt, from 0 to 1: each loop is slower."""
+    loose = 1.0 + (LOOSE - 1.0) * doubt
+    return replace(
+        p,
+        cross_track=p.cross_track * loose,
+        turn_rate=p.turn_rate * math.sqrt(loose),
+        position_gain=p.position_gain / math.sqrt(loose),
+        surge_walk=p.surge_walk / loose,
+        velocity_noise=p.velocity_noise * loose,
+    )
+
+
+def pivot(vessel: KnownVessel) -> float:
+    """The distance x_p of the pivot ahead of the origin, in L."""
+    return vessel.ahead / vessel.length if isinstance(vessel, ControlledVessel) else 0.0
+
+
+def prior(p: GuidedParameters, vessel: KnownVessel, T: float) -> dict[str, Array | float]:
+    """What the filter expects of a ship: m, x_0, P_0, Q and w_0 of `Gains`.
+
+    A state that is expected with the standard deviation s and returns to that at the rate w_0 has the noise Q = 2·w_0·s².
+    """
+    ratio = vessel.coriolis_ratio if vessel.coriolis_ratio >= 0.0 else min(vessel.surge_inertia / vessel.sway_inertia, 1.1)
+    declared = vessel.sway_damping_rate >= 0.0
+    decay = vessel.sway_damping_rate * T if declared else p.sway_decay
+    current = p.current_doubt * math.sqrt(GRAVITY * vessel.length) * T / vessel.length
+    coupling = RATIO_DOUBT + PIVOT_DOUBT * pivot(vessel)
+    lasting = DECLARED_DOUBT if declared else p.sway_doubt, coupling, p.surge_decay_doubt, current, current
+    walks = p.surge_walk, p.sway_walk, p.yaw_walk
+    return {
+        "m": 1.0 / ratio,
+        "x_0": np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.log(max(decay, 1e-3)), ratio, p.surge_decay_doubt, 0.0, 0.0]),
+        "P_0": np.square(
+            [p.velocity_noise, p.velocity_noise, p.yaw_rate_noise, *FIRST_DOUBT, *(FIRST_SHARE * s for s in lasting)]
+        ),
+        "Q": np.array([1e-5, 1e-6, 1e-5, *(w * w for w in walks), *(2.0 * p.return_rate * s * s for s in lasting)]),
+        "w_0": p.return_rate,
+    }

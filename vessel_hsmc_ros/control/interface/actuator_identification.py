@@ -1,0 +1,256 @@
+"""Identification of the actuators from the ship's own turns: which lag, dead time and rate explain how she turns.
+
+| symbol | meaning | unit |
+|---|---|---|
+| T, h | unit of time of the ship's turns; interval of the identification, about T/20 | s |
+| a_i | yaw acceleration by the commanded moment, as actuator model i delays it | rad/s² |
+| x_i, y, z | a_i, measured yaw acceleration and yaw rate, all through the same band-pass filter | rad/s², rad/s², rad/s |
+| b, d | declared divided by true yaw inertia; yaw damping | -, 1/s |
+| J_i | mean square of what model i leaves unexplained, y - b·x_i + d·z, for its best b and d | rad²/s⁴ |
+| theta | memory of the means | s |
+
+A bank of models: every combination of a few lags, dead times and rates, and the declared one, is driven by the same command. The
+mean squares and products of x_i, y and z over the time theta give b and d of every model by least squares, and with them J_i. The
+declared model stays as long as it explains the motion: another one takes its place only if what it leaves unexplained is a
+fraction of what the present one does. Only the yaw moment is identified, because only turns excite the ship all the time; the
+surge force is taken to have the same delays.
+
+Without turns nothing is known and nothing changes. A loop that wrong delays make unstable turns the ship, and thereby shows them.
+
+Source of the method, a bank of models of which the best is used: K. S. Narendra and J. Balakrishnan, Adaptive control using
+multiple models, IEEE Transactions on Automatic Control 42 (1997).
+"""
+
+import math
+from dataclasses import replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.control.interface.applied_wrench import LARGEST_CHANGE
+from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
+from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kinematics import TURN
+from vessel_hsmc_ros.core.limits import between, clip
+
+LAGS, DEAD_TIMES = (0.0, 0.06, 0.15, 0.3, 0.6), (0.0, 0.06, 0.14, 0.25, 0.4)
+TIMES_TO_FULL = 0.0, 0.3, 0.7, 1.2, 1.8, 2.6  # the models of the bank, in units of T
+INTERVAL = 0.05  # h in units of T
+BAND = 0.5, 4.0  # lower and upper corner of the band-pass filter, in 1/T: below, disturbances turn the ship; above, noise does
+MEMORY, FIRST = 15.0, 7.0  # theta, and the time before the first decision, in units of T
+QUIET = 0.006  # root mean square of x_i in 1/T², the yaw acceleration by the full moment, below which nothing is decided
+BETTER, WRONG, RIGHT = 0.7, 0.02, 0.4
+"""Another model is taken if its J is below BETTER of the present one's, the present one's is above WRONG of the mean square of y,
+and its own below RIGHT of that."""
+
+TRUSTED = 0.5, 0.03, 0.2  # the same where lag, rate and dead time of both inputs are declared
+INERTIA, DAMPING = (0.6, 1.6), 3.0  # range of b, and largest d in 1/T
+
+
+class Bank(NamedTuple):
+    """The models and the constants of the identification."""
+
+    share: Array  # share of the way to a command that model i goes in an interval, (n,)
+    change: Array  # its largest change in an interval, rad/s², (n,)
+    late: Array  # its dead time in intervals, (n,)
+    instant: Array  # whether it follows a command at once, (n,)
+    every: int  # control periods in an interval
+    h: float  # length of an interval, s
+    # low, high, forgotten: steps of the filters in an interval, 1 - exp(-w·h)
+    low: float
+    high: float
+    forgotten: float
+    unit: float  # T, s
+    inertia: float  # declared yaw inertia, kg·m²
+    # better, wrong, right: when another model is taken
+    better: float
+    wrong: float
+    right: float
+    used: int  # the model that the gains of the law are for; 0 is what is declared
+
+
+class BankState(NamedTuple):
+    """What the identification keeps, written in place."""
+
+    models: Array  # a, the last mean of a, three states of the filter, and the means of x², x·y, x·z of each model, (n, 8)
+    measured: Array  # three states of the filter of y and of z, and the means of y², z², y·z, (3, 3)
+    commands: Array  # the last mean commands divided by the inertia, the newest at `place`, (k,)
+    # last heading, last change of it, sum of commands, control periods, intervals, `place`, best model, shape (7,)
+    numbers: Array
+
+
+LAST, CHANGED, SUM, PERIODS, INTERVALS, PLACE, BEST = range(7)
+
+
+def grid() -> list[tuple[float, float, float]]:
+    """Lag, dead time and time to full of the models of the bank, in units of T."""
+    return list(product(LAGS, DEAD_TIMES, TIMES_TO_FULL))
+
+
+def with_model(vessel: KnownVessel, number: int) -> KnownVessel:
+    """The vessel with the actuators of a model of the bank as declared; number 0 leaves it as it is."""
+    if number == 0:
+        return vessel
+    T = unit_time(vessel)
+    lag, dead_time, full = (T * each for each in grid()[number - 1])
+    force, moment = (limit / full if full else math.inf for limit in (vessel.surge_force_limit, vessel.yaw_moment_limit))
+    return replace(
+        vessel, surge_lag=lag, yaw_lag=lag, surge_dead_time=dead_time, yaw_dead_time=dead_time,
+        surge_force_rate=force, yaw_moment_rate=moment,
+    )  # fmt: skip
+
+
+def described(vessel: KnownVessel) -> str:
+    """The actuators of the yaw moment in words."""
+    full = vessel.yaw_moment_limit / vessel.yaw_moment_rate
+    return f"a lag of {vessel.yaw_lag:.2g} s, a dead time of {vessel.yaw_dead_time:.2g} s and {full:.2g} s from zero to the limit"
+
+
+def bank(vessel: KnownVessel, period: float) -> Bank:
+    """The bank of a vessel, of which the declared model is used."""
+    T = unit_time(vessel)
+    every = max(1, round(INTERVAL * T / period))
+    inputs = dynamics(vessel)
+    h, declared = every * period, inputs.yaw
+    better, wrong, right = TRUSTED if inputs.declared else (BETTER, WRONG, RIGHT)
+    models = [(declared.lag, declared.dead_time, declared.full), *((lag * T, dead * T, full * T) for lag, dead, full in grid())]
+    largest = vessel.yaw_moment_limit / vessel.yaw_inertia
+    low, high, forgotten = (-math.expm1(-rate * h / T) for rate in (BAND[1], BAND[0], 1.0 / MEMORY))
+    return Bank(
+        share=np.array([-math.expm1(-h / lag) if lag else 1.0 for lag, _, _ in models]),
+        change=np.array([largest * h / full if full else LARGEST_CHANGE for _, _, full in models]),
+        late=np.array([round(dead_time / h) for _, dead_time, _ in models]),
+        instant=np.array([lag == 0.0 and full == 0.0 for lag, _, full in models]),
+        every=every,
+        h=h,
+        low=low,
+        high=high,
+        forgotten=forgotten,
+        unit=T,
+        inertia=vessel.yaw_inertia,
+        better=better,
+        wrong=wrong,
+        right=right,
+        used=0,
+    )
+
+
+def first_state(c: Bank, longest_age: float) -> BankState:
+    """The state before the first step, with room for measurements up to an age, s."""
+    places = int(c.late.max()) + math.ceil(longest_age / c.h) + 2
+    numbers = np.zeros(7)
+    numbers[BEST] = c.used
+    return BankState(np.zeros((len(c.share), 8)), np.zeros((3, 3)), np.zeros(places), numbers)
+
+
+@kernel
+def identify(m: BankState, c: Bank, psi: float, age: float, command: float) -> None:
+    """Go on by a control period, in place.
+
+    `psi`: measured heading. `age`: how long ago it was so, s. `command`: the yaw moment that is commanded from now on, N·m.
+    """
+    n = m.numbers
+    if int(n[PERIODS]) % c.every == 0:
+        _interval(m, c, psi, age)
+        n[SUM] = 0.0
+    n[SUM] += command
+    n[PERIODS] += 1.0
+    if int(n[PERIODS]) % c.every == 0:
+        place = (int(n[PLACE]) + 1) % len(m.commands)
+        n[PLACE] = place
+        m.commands[place] = n[SUM] / c.every / c.inertia
+
+
+@kernel
+def _interval(m: BankState, c: Bank, psi: float, age: float) -> None:
+    """Go on by an interval: a measured heading, and the commands until then."""
+    n = m.numbers
+    turned = math.remainder(psi - n[LAST], TURN)
+    before = n[CHANGED]
+    n[LAST], n[CHANGED] = psi, turned
+    n[INTERVALS] += 1.0
+    # The second difference of the heading is the mean acceleration of two intervals; so is x of each model.
+    y, z = (turned - before) / (c.h * c.h), (turned + before) / (2.0 * c.h)
+    if n[INTERVALS] < 4.0:  # the first differences have no meaning
+        y, z = 0.0, 0.0
+    y, z = _filtered(m.measured[0], 0, y, c), _filtered(m.measured[1], 0, z, c)
+    mean = m.measured[2]
+    mean[0] += c.forgotten * (y * y - mean[0])
+    mean[1] += c.forgotten * (z * z - mean[1])
+    mean[2] += c.forgotten * (y * z - mean[2])
+    newest = int(n[PLACE]) - int(age / c.h + 0.5)
+    commands, share, change, late, instant = (
+        m.commands.tolist(), c.share.tolist(), c.change.tolist(), c.late.tolist(), c.instant.tolist()
+    )  # fmt: skip
+    for i in range(len(m.models)):
+        arriving = commands[(newest - int(late[i])) % len(commands)]
+        _advance(m.models[i], arriving, share[i], change[i], instant[i], y, z, c)
+    _decide(m, c)
+
+
+@kernel
+def _advance(row: Array, arriving: float, share: float, change: float, instant: bool, y: float, z: float, c: Bank) -> None:
+    """Advance a model by an interval.
+
+    `row`: of the model, in place. `arriving`: the command that arrives, divided by the inertia.
+    """
+    before = row.tolist()
+    last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
+    a = last + clip(share * (arriving - last), change)
+    mean = arriving if instant else 0.5 * (last + a)
+    x = _filtered(row, 2, 0.5 * (mean + mean_before), c)
+    row[0], row[1] = a, mean
+    row[5] = xx + c.forgotten * (x * x - xx)
+    row[6] = xy + c.forgotten * (x * y - xy)
+    row[7] = xz + c.forgotten * (x * z - xz)
+
+
+@kernel
+def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
+    """The band-pass filter: two lags, and a high-pass.
+
+    `row`: array with its states, in place.
+    """
+    states = row.tolist()
+    one = states[first] + c.low * (value - states[first])
+    two = states[first + 1] + c.low * (one - states[first + 1])
+    slow = states[first + 2] + c.high * (two - states[first + 2])
+    row[first], row[first + 1], row[first + 2] = one, two, slow
+    return float(two - slow)
+
+
+@kernel
+def unexplained(row: Array, measured: Array, unit: float) -> float:
+    """J of a model with its best b and d.
+
+    `row`: of the model. `measured`: means of y², z², y·z. `unit`: T, s.
+    """
+    means, products = measured.tolist(), row.tolist()
+    yy, zz, yz = means[0], means[1], means[2]
+    xx, xy, xz = products[5] + 1e-30, products[6], products[7]
+    b = between((xy * zz - yz * xz) / (xx * zz - xz * xz + 1e-30), INERTIA[0], INERTIA[1])
+    d = between((b * xz - yz) / (zz + 1e-30), 0.0, DAMPING / unit)
+    b = between((xy + d * xz) / xx, INERTIA[0], INERTIA[1])
+    return float(yy + b * b * xx + d * d * zz - 2.0 * b * xy + 2.0 * d * yz - 2.0 * b * d * xz)
+
+
+@kernel
+def _decide(m: BankState, c: Bank) -> None:
+    """Take another model if it explains the motion so much better."""
+    n, yy = m.numbers, m.measured[2, 0]
+    present = m.models[c.used]
+    excitation = present[5] * c.unit * c.unit * c.unit * c.unit
+    if n[INTERVALS] * c.h < FIRST * c.unit or excitation < QUIET * QUIET:
+        return
+    residual = unexplained(present, m.measured[2], c.unit)
+    if residual < c.wrong * yy:
+        return
+    least, best = min(c.better * residual, c.right * yy), c.used
+    for i in range(len(m.models)):
+        J = unexplained(m.models[i], m.measured[2], c.unit)
+        if least > J:
+            least, best = J, i
+    n[BEST] = best

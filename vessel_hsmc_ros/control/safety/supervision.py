@@ -1,0 +1,210 @@
+"""The one place that decides what is commanded: a state machine between a law and its actuators.
+
+| from | event | to | command |
+|---|---|---|---|
+| STANDBY | activate, ready | ACTIVE | from zero at a bounded rate to the law's |
+| STANDBY | activate, not ready | STANDBY | zero; the reason is returned |
+| ACTIVE | no wrench, a fault, a violation of the guard | SAFE | the safe action |
+| SAFE | the same | SAFE | the safe action goes on |
+| SAFE | fresh_samples good periods | ACTIVE | from the present command at a bounded rate to the law's |
+| ACTIVE, SAFE | standby | STANDBY | zero at once |
+| any | stop | STOPPED | zero at once |
+| STOPPED | activate, standby | STOPPED | zero; refused |
+| STOPPED | rearm | STANDBY | zero |
+
+A change of command that is not the law's own is bounded: |change| <= limit/ramp_time·period in each component. It counts from the
+previous command within the limits, which is what the actuators gave. A handover ends when the law's command is reached, at the
+latest after 2·ramp_time, in which every wrench within the limits is reached: what differs then is the law's own change.
+"""
+
+import math
+from collections import Counter
+
+from vessel_hsmc_ros.control.safety.parameters import SafetyParameters
+from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.safe_action import NO_WRENCH, Authority, Pair, safe_command, towards
+
+ROUNDING = 1.0 + 1e-9  # what a law that clips to a limit in other units may exceed it by
+
+
+def violation(command: Pair, previous: Pair, limits: Pair, rates: Pair, period: float) -> Reason:
+    """The output guard: the first rule that a command violates, whatever the law: finite, within its limits, within its rates.
+
+    `command`: surge force and yaw moment, N and N·m. `limits`: largest values; infinite for none. `rates`: largest changes per
+    second; infinite for none. `period`: time between the two commands, s. Returns NONE, COMMAND_NOT_FINITE, COMMAND_LIMIT or
+    COMMAND_RATE.
+    """
+    if not (math.isfinite(command[0]) and math.isfinite(command[1])):
+        return Reason.COMMAND_NOT_FINITE
+    if abs(command[0]) > limits[0] * ROUNDING or abs(command[1]) > limits[1] * ROUNDING:
+        return Reason.COMMAND_LIMIT
+    changes = abs(command[0] - previous[0]), abs(command[1] - previous[1])
+    if changes[0] > rates[0] * period * ROUNDING or changes[1] > rates[1] * period * ROUNDING:
+        return Reason.COMMAND_RATE
+    return Reason.NONE
+
+
+UNBOUNDED = (math.inf, math.inf)
+
+
+class Supervision:
+    """Decides what is commanded, from what the law gives and what a person commands.
+
+    `active`: whether the law commands from the first step on, without a handover; else the controller is in standby.
+
+    Attributes:
+        operation, reason: The present state, and why it is not the law that commands.
+        command: The last command, surge force and yaw moment, N and N·m.
+        violations: Number of violations of the output guard, by reason.
+    """
+
+    def __init__(self, parameters: SafetyParameters, authority: Authority, active: bool = True) -> None:
+        self.parameters, self.authority = parameters, authority
+        p, bounded = parameters, authority.bounded
+        own = p.surge_force_limit, p.yaw_moment_limit
+        self._limits = tuple(
+            (ship if bounded else math.inf) if limit < 0.0 else limit for limit, ship in zip(own, authority.limits, strict=True)
+        )
+        self.operation, self.reason = (Operation.ACTIVE, Reason.NONE) if active else (Operation.STANDBY, Reason.IN_STANDBY)
+        self.command = NO_WRENCH
+        self.violations: Counter[Reason] = Counter()
+        self._handing_over: float | None = None
+        self._follows_own = False  # whether the last command was the law's, so that its rate of change is the law's too
+        self._elapsed = 0.0
+        self._good = 0
+
+    # -- what a person commands ---------------------------------------------------------------------------------------
+
+    def activate(self, ready: Reason = Reason.NONE) -> Reason:
+        """Let the law command, if the controller is ready.
+
+        `ready`: NONE, or what is missing. Returns NONE, or why it is refused.
+        """
+        if self.operation is Operation.STOPPED:
+            return Reason.IN_STOP
+        if ready or self.operation is not Operation.STANDBY:
+            return ready
+        self._enter(Operation.ACTIVE, Reason.NONE)
+        self.handover()
+        return Reason.NONE
+
+    def standby(self) -> Reason:
+        """Compute, but command nothing; refused while stopped."""
+        if self.operation is Operation.STOPPED:
+            return Reason.IN_STOP
+        self._enter(Operation.STANDBY, Reason.IN_STANDBY)
+        return Reason.NONE
+
+    def stop(self, reason: Reason = Reason.IN_STOP) -> Reason:
+        """Command zero until `rearm`; always allowed."""
+        self._enter(Operation.STOPPED, reason)
+        return Reason.NONE
+
+    def rearm(self) -> Reason:
+        """Leave the stop for standby."""
+        if self.operation is Operation.STOPPED:
+            self._enter(Operation.STANDBY, Reason.IN_STANDBY)
+        return Reason.NONE
+
+    def handover(self) -> None:
+        """Let the next commands move at the bounded rate, as after a change of law or gains or a re-localisation."""
+        self._handing_over, self._follows_own = 0.0, False
+
+    @property
+    def consequence(self) -> str:
+        """What is commanded where the law may not command, as the end of a message."""
+        others = {Operation.STANDBY: "nothing is commanded", Operation.STOPPED: "zero is commanded"}
+        return others.get(self.operation, "the safe action is commanded")
+
+    # -- every control period -----------------------------------------------------------------------------------------
+
+    @property
+    def follows_law(self) -> bool:
+        """Whether the law commands, and no handover to it is under way."""
+        return self.operation is Operation.ACTIVE and self._handing_over is None
+
+    @property
+    def wants_fallback(self) -> bool:
+        """Whether the wrench of the fallback law is used, if there is one."""
+        return self.operation is Operation.SAFE and self.parameters.action == "fallback"
+
+    def step(
+        self,
+        demand: Pair | None,
+        reason: Reason,
+        period: float,
+        motion: Pair | None = None,
+        fallback: Pair | None = None,
+    ) -> Pair:
+        """The command of a control period.
+
+        Args:
+            demand: The law's wrench, N and N·m; None where it has none.
+            reason: NONE, or why the wrench must not be used or is missing.
+            period: Time since the last command, s.
+            motion: Measured surge speed and yaw rate, for the brake; None where they are not known.
+            fallback: Wrench of the fallback law; None where it has none.
+        """
+        if self.operation in (Operation.STANDBY, Operation.STOPPED):
+            self.command = NO_WRENCH
+            return self.command
+        fault = self._fault(demand, reason, period)
+        if fault and self.operation is Operation.ACTIVE:
+            self._enter(Operation.SAFE, fault)
+        if self.operation is Operation.SAFE:
+            self._recover(fault)
+        if demand is not None and self.operation is Operation.ACTIVE:
+            self.command = self._towards_law(self._given(demand), period)
+        else:
+            self.command = self._safe(period, motion, fallback)
+        return self.command
+
+    def _fault(self, demand: Pair | None, reason: Reason, period: float) -> Reason:
+        """What forbids the law's wrench; a violation of the guard is counted."""
+        if demand is None:
+            return reason or Reason.LAW_UNDEFINED
+        if reason:
+            return reason
+        p = self.parameters
+        rates = (p.surge_force_rate, p.yaw_moment_rate) if self._follows_own else UNBOUNDED
+        found = violation(demand, self.command, (self._limits[0], self._limits[1]), UNBOUNDED, period)
+        found = found or violation(self._given(demand), self.command, UNBOUNDED, rates, period)
+        if found:
+            self.violations[found] += 1
+        return found
+
+    def _given(self, demand: Pair) -> Pair:
+        """What the actuators are given of the law's wrench."""
+        return self.authority.within(demand) if self.authority.clips else demand
+
+    def _recover(self, fault: Reason) -> None:
+        self._good = 0 if fault else self._good + 1
+        self.reason = fault or Reason.NOT_READY
+        if self._good >= self.parameters.fresh_samples:
+            self._enter(Operation.ACTIVE, Reason.NONE)
+            self.handover()
+
+    def _towards_law(self, demand: Pair, period: float) -> Pair:
+        if self._handing_over is not None:
+            self._handing_over += period
+            previous, target = self.authority.within(self.command), self.authority.within(demand)
+            command = towards(previous, target, self.authority.rates(self.parameters.ramp_time), period)
+            if command != target and self._handing_over <= 2.0 * self.parameters.ramp_time:
+                self.reason = Reason.HANDOVER
+                return command
+        self._handing_over, self._follows_own, self.reason = None, True, Reason.NONE
+        return demand
+
+    def _safe(self, period: float, motion: Pair | None, fallback: Pair | None) -> Pair:
+        previous, elapsed = self.authority.within(self.command), self._elapsed
+        self._elapsed += period
+        if fallback is not None and violation(fallback, previous, UNBOUNDED, UNBOUNDED, period):
+            fallback = None
+        if motion is not None and not (math.isfinite(motion[0]) and math.isfinite(motion[1])):
+            motion = None
+        return safe_command(previous, elapsed, period, self.parameters, self.authority, motion, fallback)
+
+    def _enter(self, operation: Operation, reason: Reason) -> None:
+        self.operation, self.reason = operation, reason
+        self._handing_over, self._follows_own = None, False
+        self._elapsed, self._good = 0.0, 0

@@ -1,0 +1,222 @@
+"""The common interface of all references, and their factory."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import as_motion
+from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.guidance.corners import THROUGH
+from vessel_hsmc_ros.guidance.course import CourseReference, CourseReferenceParameters
+from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace
+from vessel_hsmc_ros.guidance.curve_reference import CurveReference
+from vessel_hsmc_ros.guidance.feasibility import LARGEST_DRIFT, check_feasible
+from vessel_hsmc_ros.guidance.following import FollowingReference, waiting_of
+from vessel_hsmc_ros.guidance.goal import GoalReference
+from vessel_hsmc_ros.guidance.goal_parameters import GoalParameters
+from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
+from vessel_hsmc_ros.guidance.motion_filter import Filter, Filtered, MotionLimits, filter_of
+from vessel_hsmc_ros.guidance.path_parameters import PATH, PathParameters, Point, scheduled_path
+from vessel_hsmc_ros.guidance.path_reference import PathReference
+from vessel_hsmc_ros.guidance.patterns import ExpandingSquareParameters, SpiralParameters
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
+from vessel_hsmc_ros.guidance.polyline import Ship, Waypoint
+from vessel_hsmc_ros.guidance.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
+from vessel_hsmc_ros.guidance.timetable import TimetableMemory, TimetableReference
+from vessel_hsmc_ros.guidance.turning import TravelLimits
+from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip, VirtualShipParameters
+
+Array = NDArray[np.float64]
+
+
+class Reference(Protocol):
+    """A desired motion in discrete time."""
+
+    @property
+    def state(self) -> Array:
+        """Pose x, y, psi and body velocities u, v, r of the present step, shape (6,)."""
+        ...
+
+    def reset(self) -> None:
+        """Return to the start."""
+        ...
+
+    def acceleration(self) -> Array:
+        """Derivatives du, dv, dr of the body velocities at the present step, shape (3,): m/s², m/s², rad/s²."""
+        ...
+
+    def advance(self) -> None:
+        """Advance by one period."""
+        ...
+
+
+def _virtual_ship(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    vessel = parameters.vessel
+    # The default inputs are those of the paper's ship. Without a name the hull may be a variation of it.
+    for name, unit in (("surge_force", "N"), ("yaw_moment", "N·m")):
+        value, limit = getattr(parameters, name), getattr(vessel, f"{name}_limit")
+        if vessel.name and abs(value) > limit:
+            raise ParameterError(
+                f"reference_ship.{name} = {value:g} {unit} is not allowed: vessel.{name}_limit = {limit:g} {unit};"
+                f" vessel-hsmc init NAME --vessel {vessel.name} writes a scenario that fits"
+            )
+    return ReferenceShip(parameters, period)
+
+
+def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    # The heading of a course reference is given by its program, so the initial heading is not used.
+    x, y = parameters.initial_pose[:2]
+    return CourseReference(parameters.course, (x, y), period)
+
+
+def _motion(p: "ReferenceShipParameters", period: float) -> tuple[Filtered, Filter]:
+    start = Filtered(*map(float, (*p.initial_pose, *p.initial_velocity, 0.0, 0.0)))
+    return start, filter_of(p.motion, p.vessel.coefficients(), period, p.vessel.yaw_moment_limit)
+
+
+def _goal(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    return GoalReference(*_motion(parameters, period), parameters.goal)
+
+
+def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    p, speed = parameters.path, parameters.motion.speed
+    start = as_motion((*parameters.initial_pose, *parameters.initial_velocity))
+    ship = Ship(parameters.vessel.coefficients(), travel_limits(parameters), p.corner_radius, PATH)
+    return PathReference(start, ship, speed, scheduled_path(p, speed), period)
+
+
+def _pattern(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    chosen, (x, y, course) = getattr(parameters, parameters.mode), parameters.initial_pose
+    start = as_motion((*parameters.initial_pose, *parameters.initial_velocity))
+    ship = Ship(parameters.vessel.coefficients(), travel_limits(parameters), 0.0, f"reference_ship.{parameters.mode}")
+    points = [Waypoint(place, THROUGH, chosen.speed) for place in chosen.places(complex(x, y), course)]
+    return PathReference(start, ship, chosen.speed, (0.0, points), period)
+
+
+def _curve(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    chosen = getattr(parameters, parameters.mode)
+    shape, vessel = chosen.shape(), parameters.vessel.coefficients()
+    given = parameters.vessel
+    pace = Pace(chosen.speed, chosen.rise_time)
+    limits = Demand(LARGEST_DRIFT, given.surge_force_limit, given.yaw_moment_limit)
+    check_feasible(f"reference_ship.{parameters.mode}", shape, pace, vessel, limits)
+    return CurveReference(shape, pace, vessel, parameters.initial_pose, period)
+
+
+def travel_limits(parameters: "ReferenceShipParameters") -> TravelLimits:
+    """The limits of motions along routes."""
+    m, vessel = parameters.motion, parameters.vessel
+    limits = vessel.surge_force_limit, vessel.yaw_moment_limit
+    return TravelLimits(m.acceleration, m.yaw_rate, m.yaw_acceleration, *limits, m.current)
+
+
+def _lawnmower(parameters: "ReferenceShipParameters", period: float) -> Reference:
+    x, y, course = parameters.initial_pose
+    survey = plan_survey(parameters.lawnmower, parameters.vessel.coefficients(), travel_limits(parameters), (x, y, course))
+    return TimetableReference(survey.table, survey.track, period)
+
+
+REFERENCES: dict[str, Callable[["ReferenceShipParameters", float], Reference]] = {
+    "virtual_ship": _virtual_ship,
+    "course": _course,
+    "goal": _goal,
+    "path": _path,
+    "straight": _curve,
+    "circle": _curve,
+    "figure_eight": _curve,
+    "square": _curve,
+    "lawnmower": _lawnmower,
+    "expanding_square": _pattern,
+    "spiral": _pattern,
+}
+
+PLANNED = ("lawnmower", "path", "expanding_square", "spiral")  # modes whose geometry is known ahead
+CURVES = ("straight", "circle", "figure_eight", "square")
+
+HULL_LENGTH = 4.0  # length of most hulls in radii of gyration
+
+
+@dataclass(frozen=True)
+class ReferenceShipParameters(VirtualShipParameters):
+    """Parameters of all references: virtual ship, course, goals, path, and curves at constant speed."""
+
+    mode: str = parameter(
+        "virtual_ship",
+        "Reference to track: virtual_ship, the virtual ship (8); course, a heading over time; goal; path, waypoints; or,"
+        " begun at `initial_pose` with its heading as course, a curve at constant speed: straight, circle, figure_eight, square;"
+        " or lawnmower, parallel legs joined by U-turns; or from there outwards, expanding_square or spiral.",
+        choices=tuple(REFERENCES),
+    )
+    follow: str = parameter(
+        "time",
+        "What the clock of a path, a survey or a curve follows: time; or vessel, it slows and stops while the vessel is behind.",
+        choices=("time", "vessel"),
+    )
+    follow_lag: float = parameter(
+        1.0,
+        "With `follow` vessel, how far the vessel is behind along the track when the clock begins to slow, in hull lengths,"
+        " which are taken as four radii of gyration, sqrt(m33/m22).",
+        low=0.1,
+        high=100.0,
+    )
+    course: CourseReferenceParameters = group(CourseReferenceParameters)
+    motion: MotionLimits = group(MotionLimits)
+    goal: GoalParameters = group(GoalParameters)
+    path: PathParameters = group(PathParameters)
+    straight: StraightParameters = group(StraightParameters)
+    circle: CircleParameters = group(CircleParameters)
+    figure_eight: FigureEightParameters = group(FigureEightParameters)
+    square: SquareParameters = group(SquareParameters)
+    lawnmower: LawnmowerParameters = group(LawnmowerParameters)
+    expanding_square: ExpandingSquareParameters = group(ExpandingSquareParameters)
+    spiral: SpiralParameters = group(SpiralParameters)
+
+
+def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
+    """Make the reference that the parameters select.
+
+    `period`: time between two published states, s. Raises ParameterError if times and values of an input, goal or waypoint list
+    differ in number, times do not increase, or the ship cannot travel the curve within its limits, or its inputs exceed them,
+    or a mode that is no planned track is to follow the vessel.
+    """
+    if parameters.follow == "vessel" and parameters.mode not in (*PLANNED, *CURVES):
+        raise ParameterError(
+            f"reference_ship.follow must be time in mode {parameters.mode} (got vessel): only a track that is known ahead waits,"
+            f" of the modes {', '.join((*PLANNED, *CURVES))}"
+        )
+    reference = REFERENCES[parameters.mode](parameters, period)
+    return _following(reference, parameters, period) if parameters.follow == "vessel" else reference
+
+
+def _following(reference: Reference, parameters: ReferenceShipParameters, period: float) -> Reference:
+    hull = parameters.vessel.coefficients()
+    length = HULL_LENGTH * math.sqrt(hull.m33 / hull.m22)
+    waiting = waiting_of(parameters.follow_lag, length, _largest_speed(parameters), parameters.motion)
+    return FollowingReference(reference, waiting, period)
+
+
+def _largest_speed(p: ReferenceShipParameters) -> float:
+    """The largest speed on a planned track, m/s."""
+    return max(p.motion.speed, *p.path.speeds) if p.mode == "path" else float(getattr(p, p.mode).speed)
+
+
+def track_of(
+    parameters: ReferenceShipParameters, period: float, paths: Sequence[tuple[float, Sequence[Point]]] = ()
+) -> PlannedTrack | None:
+    """The geometry that a reference plans; None in modes without one.
+
+    `period`: time between two published states, s. `paths`: waypoints that were set by messages, with their times, s.
+    """
+    if parameters.mode not in PLANNED:
+        return None
+    reference: Any = make_reference(replace(parameters, follow="time"), period)
+    for time, points in paths:
+        reference.memory = TimetableMemory(round(time / period))
+        reference.set_path(points)
+    track: PlannedTrack = reference.track
+    return track._replace(waits=parameters.follow == "vessel")

@@ -1,0 +1,94 @@
+"""The parameters of paths, and the waypoints that they contain."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.guidance.corners import OVER, STOP, THROUGH
+from vessel_hsmc_ros.guidance.goal_parameters import NONE, given_times
+from vessel_hsmc_ros.guidance.polyline import Waypoint
+
+Point = tuple[float, float]
+
+PATH = "reference_ship.path"
+
+CORNERS = (THROUGH, OVER, STOP)
+
+
+@dataclass(frozen=True)
+class PathParameters:
+    """Waypoints from the parameters file, for runs without a publisher of `path`."""
+
+    waypoints: tuple[float, ...] = parameter(
+        NONE, "Waypoints: x, y of the first, of the second and so on; [0.0] for none.", unit="m", low=-1e6, high=1e6
+    )
+    speeds: tuple[float, ...] = parameter(
+        (0.0,), "Speed on the leg to each waypoint, or one for all; 0 for `motion.speed`.", unit="m/s", low=0.0, high=1e3
+    )
+    corners: tuple[str, ...] = parameter(
+        (THROUGH,),
+        "What to do at each waypoint, or at all: through, cut the corner; over, turn after it; stop, come to rest there.",
+    )
+    holds: tuple[float, ...] = parameter(
+        (0.0,), "Time at rest at each waypoint, or at all; above 0 it is a stop.", unit="s", low=0.0, high=1e6
+    )
+    headings: tuple[float, ...] = parameter(
+        (-1.0,),
+        "Heading to turn to on the spot at each waypoint that is a stop, or the last; below 0 for none.",
+        unit="rad",
+        low=-1.0,
+        high=6.3,
+    )
+    corner_radius: float = parameter(
+        0.0, "Radius of the corners; 0 for the smallest at the speed of the legs.", unit="m", low=0.0, high=1e6
+    )
+    time: float = parameter(0.0, "Time at which the path is set; below 0 for never.", unit="s", low=-1.0, high=1e9)
+
+
+def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoint]] | None:
+    """Time and waypoints of the path in the parameters; None without one.
+
+    `speed`: on legs without a speed of their own, m/s. Raises ParameterError as from `waypoints_of`, or there is a time and no
+    waypoint.
+    """
+    if not given_times((p.time,), p.waypoints, f"{PATH}.time", f"{PATH}.waypoints"):
+        return None
+    waypoints = waypoints_of(p, speed)
+    return (p.time, waypoints) if p.time >= 0.0 else None
+
+
+def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
+    """The waypoints of the parameters.
+
+    `speed`: on legs without a speed of their own, m/s. Raises ParameterError if the number of coordinates is odd, there are
+    more or fewer speeds, corners, holds or headings than waypoints, or there is a heading where the vessel does not stop.
+    """
+    numbers = p.waypoints
+    if len(numbers) % 2:
+        raise ParameterError(f"{PATH}.waypoints with {len(numbers)} numbers is not allowed: it takes x, y for each waypoint")
+    unknown = [corner for corner in p.corners if corner not in CORNERS]
+    if unknown:
+        raise ParameterError(f"{PATH}.corners = {unknown[0]} is not allowed: it takes {', '.join(CORNERS)}")
+    n = len(numbers) // 2
+    speeds, corners = _each("speeds", p.speeds, n), _each("corners", p.corners, n)
+    holds, headings = _each("holds", p.holds, n), _each("headings", p.headings, n)
+    points = []
+    for i, (corner, own, hold, heading) in enumerate(zip(corners, speeds, holds, headings, strict=True)):
+        kind = STOP if hold else corner
+        turns = heading >= 0.0 and (kind == STOP or i == n - 1)
+        if heading >= 0.0 and not turns and len(p.headings) > 1:
+            raise ParameterError(
+                f"{PATH}.headings must be below 0 where the vessel does not stop, because under way it points along its course"
+                f" (got {heading:g} rad at waypoint {i + 1}, with the corner {corner})"
+            )
+        place = complex(numbers[2 * i], numbers[2 * i + 1])
+        points.append(Waypoint(place, kind, own or speed, hold=hold, heading=heading if turns else None))
+    return points
+
+
+def _each(name: str, values: Sequence[Any], n: int) -> Sequence[Any]:
+    if len(values) not in (1, n):
+        raise ParameterError(f"{PATH}.{name} with {len(values)} values is not allowed: it takes one, or {n} for {n} waypoints")
+    return values if len(values) == n else list(values) * n

@@ -1,0 +1,208 @@
+"""Legs and corners of a path without a stop: each corner as fast as its legs leave room for."""
+
+import cmath
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import pairwise
+from typing import NamedTuple
+
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import wrap
+from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.guidance.corners import Corner, corner_of
+from vessel_hsmc_ros.guidance.route import Element, Pieces, straight
+from vessel_hsmc_ros.guidance.speed_profile import CONSTANT, FREE, Section
+from vessel_hsmc_ros.guidance.turning import TravelLimits, Turning, turning_at, turning_with
+from vessel_hsmc_ros.plant.dynamics import Vessel
+
+RUN_UP = 0.25
+"""Share of a leg from or to rest that corners leave free, for the change of speed. A corner that takes nearly all of a leg from
+rest is sailed at the little speed that is reached before it: without this share, some routes take many times as long."""
+
+SLOWER, RUNGS = 0.95, 80  # ratio of the speeds at which a corner is tried, and their number
+SMALLER, RADII = 0.8, 12
+"""Ratio of the radii of which the first that fits is named where a corner has no room, and their number."""
+
+SHORTEST = 1e-9  # a leg between two corners that is shorter than this share of it is left out
+
+
+class Waypoint(NamedTuple):
+    """A waypoint."""
+
+    position: complex  # where it is, m
+    corner: str  # THROUGH, OVER or STOP
+    speed: float  # on the leg to it, m/s
+    passed: tuple[complex, ...] = ()  # points near the leg to it that were left out, m
+    turning: Turning | None = None  # its own turn; None for the smallest at the speed of its legs
+    number: int = 1  # from 1 on, among those that were given
+    hold: float = 0.0  # time at rest there, s; a waypoint with a hold is a stop
+    heading: float | None = None  # at rest there, rad; None for any
+
+
+class Part(NamedTuple):
+    """Waypoints up to a stop, and the number of those before."""
+
+    points: tuple[Waypoint, ...]
+    first: int
+
+
+class Ship(NamedTuple):
+    """Whose path it is."""
+
+    vessel: Vessel  # coefficients of the hull
+    limits: TravelLimits  # limits of the motion
+    radius: float  # of all corners, m; 0 for the smallest
+    owner: str  # name of the mode, for error messages
+
+
+Planned = tuple[list[Element], list[Section]]
+
+
+def fitted_turning(speed: float, ship: Ship) -> Turning:
+    """The turn of the ship's corners at a speed, or slower where she needs it.
+
+    Raises ParameterError if there is none within the limits; the message contains what would do.
+    """
+    try:
+        if ship.radius:
+            return turning_with(ship.radius, speed, ship.vessel, ship.limits)
+        return turning_at(speed, ship.vessel, ship.limits)
+    except ParameterError as error:
+        if not ship.radius:
+            raise ParameterError(f"{ship.owner}: {error}; a stop at each waypoint or larger limits of turning would do") from None
+        tightest = fitted_turning(speed, ship._replace(radius=0.0))
+        remedy = f"{tightest.radius:.3g} m at {tightest.speed:.3g} m/s would do"
+        raise ParameterError(f"{ship.owner}.corner_radius: {error}; {remedy}") from None
+
+
+def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Planned:
+    """The beginning under way, as `corners.join` makes it: at the present speed, then at that of the turn.
+
+    `before`: decay of the curvature, and the way on which the speed changes. `speed`: present speed, m/s.
+    """
+    elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, CONSTANT)]
+    if before[1:]:
+        elements.append(Element(before[1:], 0, turn=False))
+        sections.append(Section(before[1].length, max(speed, turning.speed), FREE))
+    if bend:
+        elements.append(Element(bend, 0, turn=True))
+        sections.append(Section(elements[-1].length, turning.speed, CONSTANT))
+    return elements, sections
+
+
+def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) -> Planned:
+    """The legs and corners to the last waypoint.
+
+    `start`: where the first leg begins, m. `under_way`: whether it does not begin at rest. Raises ParameterError if a corner
+    cannot be sailed between its legs; the message contains which, and what would do.
+    """
+    points = part.points
+    ways = [b - a for a, b in zip((start, *(p.position for p in points)), (p.position for p in points), strict=False)]
+    lengths = [abs(way) for way in ways]
+    free = list(lengths)
+    free[-1] *= 1.0 - RUN_UP
+    if not under_way:
+        free[0] *= 1.0 - RUN_UP if len(free) > 1 else 1.0
+    corners = _corners(part, ways, free, ship)
+    elements, sections = [], []
+    for i, (length, point) in enumerate(zip(lengths, points, strict=True)):
+        left = length - (corners[i - 1][0].after if i else 0.0) - (corners[i][0].before if i < len(corners) else 0.0)
+        if left > SHORTEST * length:
+            elements.append(Element(straight(left), part.first + i, turn=False))
+            sections.append(Section(left, point.speed, FREE))
+        if i < len(corners) and corners[i][0].pieces:
+            elements.append(Element(corners[i][0].pieces, part.first + i, turn=True))
+            sections.append(Section(elements[-1].length, corners[i][1], CONSTANT))
+    return elements, sections
+
+
+class _Bend(NamedTuple):
+    """What stands at a waypoint."""
+
+    number: int  # of its waypoint
+    kind: str  # THROUGH or OVER
+    angle: float  # change of the course, rad
+    speed: float  # of its legs, m/s
+    turning: Turning | None  # as that of the waypoint
+
+    def corner(self, ship: Ship, slower: float = 1.0) -> tuple[Corner, float]:
+        """The corner, and its speed, at a share of the speed."""
+        # A turn that is smaller and slower alike has the same yaw rate, and less yaw acceleration.
+        turning = (
+            Turning(*(slower * value for value in self.turning)) if self.turning else fitted_turning(slower * self.speed, ship)
+        )
+        return corner_of(self.kind, self.angle, turning.radius, turning.transition), turning.speed
+
+
+def _corners(part: Part, ways: Sequence[complex], free: Sequence[float], ship: Ship) -> list[tuple[Corner, float]]:
+    """The corners with their speeds."""
+    points, bends = part.points, []
+    for i, (before, after) in enumerate(pairwise(ways)):
+        angle = wrap(cmath.phase(after) - cmath.phase(before))
+        speed = min(points[i].speed, points[i + 1].speed)
+        bends.append(_Bend(points[i].number, points[i].corner, angle, speed, points[i].turning))
+    wanted = [bend.corner(ship)[0] for bend in bends]
+    # A leg belongs to its corners half and half, or one has what the other leaves.
+    room = [
+        (
+            max(0.5 * free[i], free[i] - wanted[i - 1].after) if i else free[i],
+            max(0.5 * free[i + 1], free[i + 1] - (wanted[i + 1].before if i + 1 < len(wanted) else 0.0)),
+        )
+        for i in range(len(bends))
+    ]
+    return [_fitted(bend, before, after, ship) for bend, (before, after) in zip(bends, room, strict=True)]
+
+
+def _fitted(bend: _Bend, before: float, after: float, ship: Ship) -> tuple[Corner, float]:
+    """The fastest corner that needs at most so much of the legs before and after it, m.
+
+    Raises ParameterError if there is none.
+    """
+
+    def fits(rung: int) -> bool:
+        corner, _ = bend.corner(ship, SLOWER**rung)
+        return corner.before <= before and corner.after <= after
+
+    if fits(0):
+        return bend.corner(ship)
+    low, high = 0, _rungs(bend.speed, ship.limits.current)
+    if not fits(high):
+        raise ParameterError(_unsailable(bend, before, after, ship, high))
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if fits(middle) else (middle, high)
+    return bend.corner(ship, SLOWER**high)
+
+
+def _rungs(speed: float, current: float) -> int:
+    """How many steps slower than a speed a corner may be: not slower than the current."""
+    if not current:
+        return RUNGS
+    return min(RUNGS, max(0, math.floor(math.log(current / speed) / math.log(SLOWER))))
+
+
+def _unsailable(bend: _Bend, before: float, after: float, ship: Ship, rungs: int) -> str:
+    slower = SLOWER**rungs
+    corner, speed = bend.corner(ship, slower)
+    needs, has = max((corner.before, before), (corner.after, after), key=lambda pair: pair[0] - pair[1])
+    radius = _fitting_radius(bend, before, after, ship, slower) if ship.radius else None
+    remedy = f"a corner_radius of {radius:g} m, " if radius else ""
+    angle = f"{abs(math.degrees(bend.angle)):.0f}°"
+    return (
+        f"{ship.owner}: corner {bend.number} of {angle} needs {quantity(needs, 'm')} of a leg even at"
+        f" {speed:.2g} m/s, and has {quantity(has, 'm')}; {remedy}longer legs or a stop there would do"
+    )
+
+
+def _fitting_radius(bend: _Bend, before: float, after: float, ship: Ship, slower: float) -> float | None:
+    """The largest radius, by steps and rounded down to three digits, of a corner that the legs leave room for, m."""
+    radius = ship.radius
+    for _ in range(RADII):
+        radius *= SMALLER
+        with suppress(ParameterError):
+            corner, _ = bend.corner(ship._replace(radius=radius), slower)
+            if corner.before <= before and corner.after <= after:
+                digits = 2 - math.floor(math.log10(radius))
+                return math.floor(radius * 10.0**digits) / 10.0**digits
+    return None

@@ -1,0 +1,1 @@
+"""Nodes of a run as processes: start, supervision, end."""

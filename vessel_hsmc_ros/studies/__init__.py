@@ -1,0 +1,1 @@
+"""Studies of laws and ships: comparisons, campaigns, tuning, identification, manoeuvres, the paper."""

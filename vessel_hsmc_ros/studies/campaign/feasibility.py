@@ -1,0 +1,203 @@
+"""Whether any law could keep a ship on its reference: inverse dynamics of the true ship in the true current and mean wind.
+
+| symbol | meaning | unit |
+|---|---|---|
+| p | position of the reference, and p', p'' its derivatives over ground | m, m/s, m/s² |
+| c | current | m/s |
+| q | p' - c, velocity through the water | m/s |
+| e, n | unit vectors ahead and to port of a ship with the heading psi | - |
+| u, v, r | q·e, q·n, psi': velocities relative to the water | m/s, m/s, rad/s |
+| W | mean force of the wind | N |
+| X, N | surge force and yaw moment that the motion takes | N, N·m |
+| T | sqrt(m33/largest yaw moment) | s |
+
+A ship that is on its reference has q and p'', but it has no force in sway, so its heading follows from the sway equation of (6)
+
+    m22·(p''·n - r·u) + m23·r' + m11·u·r + (D·nu)_Y = W·n
+
+The heading is an internal motion: for m11 < m22 it is stable forwards in time and is integrated so; for m11 > m22 it is stable
+backwards, and a law that knows the future of the reference can take it; near m11 = m22 the equation is algebraic. The implicit
+Euler method in the stable direction solves all three. r' is that of the last iterate, as m23 is small. The equations of surge
+and yaw then give X and N. The motion is feasible if |X| and |N|, their rates, and what has to be commanded through a lag are
+within MAX_LIMIT_SHARE of the limits for MIN_FEASIBLE_SHARE of the last half of the run. Gusts, noise and dead times are not
+considered.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
+from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation.compilation import compiled
+
+MAX_LIMIT_SHARE = 0.9  # largest share of the limits that a feasible motion takes
+REST_SHARE = 0.8  # largest share of the surge force that station keeping takes
+MIN_FEASIBLE_SHARE = 0.99  # share of the samples of the last half that must be within
+STEP = 0.05  # period of the samples, in T
+BEYOND = 10.0  # time beyond the end from which the heading is integrated backwards, in T
+ITERATES = 3  # number of solutions of the sway equation, each with the yaw acceleration of the last one
+MIN_WAY = 0.01  # surge speed through the water below which a heading has no way, relative to the speed of the reference
+
+
+class Demand(NamedTuple):
+    """What a motion takes: heading [rad], surge speed through the water [m/s], X [N] and N [N·m], (n,) each."""
+
+    psi: Array
+    u: Array
+    X: Array
+    N: Array
+
+
+def infeasible(scenario: Scenario) -> str:
+    """Why no law can keep the ship of a scenario on its reference; empty if one can.
+
+    `scenario`: a scenario with a duration, whose ship has limits; its law, sensors and gusts are not considered.
+    """
+    sim = scenario.vessel_sim
+    a, vessel = sim.actuators, sim.vessel.coefficients()
+    T = math.sqrt(vessel.m33 / a.yaw_moment_limit)
+    h = STEP * T
+    samples = math.ceil(sim.duration / h)
+    rows = trajectory(scenario.reference_ship, 1.0 / h, samples + math.ceil(BEYOND / STEP), compiled)
+    current = np.array([sim.disturbance.current.east, sim.disturbance.current.north])
+    wind = np.array([sim.disturbance.earth_fixed.east_force, sim.disturbance.earth_fixed.north_force])
+    if not np.any(rows[:, 3:5]):
+        return _infeasible_rest(current, wind, a, vessel)
+    # From the second quarter on: at the start from rest the heading is not determined.
+    needed = demand(rows[samples // 4 :], current, wind, vessel, h)
+    half = slice(samples // 2 - samples // 4, samples - samples // 4)
+    if np.mean(needed.u[half] > MIN_WAY * np.max(rows[:, 3])) < MIN_FEASIBLE_SHARE:
+        return "the ship has no way through the water"
+    return _exceeded(Demand(*(column[half] for column in needed)), a, h)
+
+
+def _exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
+    """The first of forces, rates and commands that is above its share of a limit too often; empty if none is."""
+    for name, load, limit, rate, lag in (
+        ("surge force", needed.X, a.surge_force_limit, a.surge_force_rate, a.surge_lag),
+        ("yaw moment", needed.N, a.yaw_moment_limit, a.yaw_moment_rate, a.yaw_lag),
+    ):
+        change = np.gradient(load, h)
+        for what, share in (
+            (name, np.abs(load) / limit),
+            (f"rate of the {name}", np.abs(change) / rate),
+            (f"command of the {name}", np.abs(load + lag * change) / limit),
+        ):
+            if not np.mean(share <= MAX_LIMIT_SHARE) >= MIN_FEASIBLE_SHARE:
+                return f"the {what} takes {np.quantile(share, MIN_FEASIBLE_SHARE):.3g} of its limit"
+    return ""
+
+
+def demand(rows: Array, current: Array, wind: Array, vessel: Vessel, h: float) -> Demand:
+    """What a ship takes to be on a reference.
+
+    `rows`: x, y, psi, u, v, r, du, dv, dr of the reference over ground, (n, 9). `current`: its components east and north, (2,)
+    m/s. `wind`: mean force of the wind, (2,) N. `h`: period of the rows, s.
+    """
+    q, acceleration = _through_water(rows, current)
+    forward = vessel.m11 <= vessel.m22
+    begin = q[0 if forward else -1]
+    start = math.atan2(begin[1], begin[0])
+    r_rate, psi = np.zeros(len(rows)), np.zeros(len(rows))
+    for _ in range(ITERATES if vessel.m23 else 1):
+        compiled(solve_heading)(q, acceleration, wind, r_rate, vessel, h if forward else -h, start, psi)
+        r_rate = np.gradient(np.gradient(psi, h), h)
+    c, s, r = np.cos(psi), np.sin(psi), np.gradient(psi, h)
+    u, v = q[:, 0] * c + q[:, 1] * s, q[:, 1] * c - q[:, 0] * s
+    ahead, abeam = acceleration[:, 0] * c + acceleration[:, 1] * s, acceleration[:, 1] * c - acceleration[:, 0] * s
+    du, dv = ahead + r * v, abeam - r * u
+    lost_X, _, lost_N = _lost(u, v, r, vessel)
+    X = vessel.m11 * du - (vessel.m22 * v + vessel.m_c * r) * r + lost_X - (wind[0] * c + wind[1] * s)
+    N = vessel.m33 * r_rate + vessel.m32 * dv + ((vessel.m22 - vessel.m11) * v + vessel.m_c * r) * u + lost_N
+    return Demand(psi, u, X, N)
+
+
+def _through_water(rows: Array, current: Array) -> tuple[Array, Array]:
+    """Q and p'' in the earth-fixed frame, (n, 2) each."""
+    psi, u, v, r, du, dv = rows[:, 2:8].T
+    c, s = np.cos(psi), np.sin(psi)
+    q = np.column_stack([u * c - v * s, u * s + v * c]) - current
+    ahead, abeam = du - r * v, dv + r * u
+    return q, np.column_stack([ahead * c - abeam * s, ahead * s + abeam * c])
+
+
+def _lost(u: Array, v: Array, r: Array, vessel: Vessel) -> tuple[Array, Array, Array]:
+    """`damping_force` of arrays of velocities, element by element."""
+    element_by_element: Any = damping_force
+    X, Y, N = element_by_element(u, v, r, vessel)
+    return X, Y, N
+
+
+@kernel
+def sway_residual(
+    psi: float, last: float, h: float, flow: tuple[float, float, float, float, float, float], m23_force: float, vessel: Vessel
+) -> float:
+    """What the sway equation lacks at a heading, N.
+
+    Args:
+        last: That of the neighbouring sample, from which r follows, rad.
+        h: Time between them, s, negative where the last one is later.
+        flow: q, p'' and W, each east and north.
+        m23_force: m23·r', N.
+        vessel: Coefficients of the ship.
+    """
+    s = vessel
+    qx, qy, ax, ay, wx, wy = flow
+    c, sine = math.cos(psi), math.sin(psi)
+    u, v, r = qx * c + qy * sine, qy * c - qx * sine, (psi - last) / h
+    _, lost, _ = damping_force(u, v, r, vessel)
+    return s.m22 * (ay * c - ax * sine - r * u) + m23_force + s.m11 * u * r + lost - (wy * c - wx * sine)
+
+
+@kernel
+def solve_heading(
+    q: Array, acceleration: Array, wind: Array, r_rate: Array, vessel: Vessel, h: float, start: float, psi: Array
+) -> None:
+    """Write the heading that the sway equation gives, by Newton's method in every step.
+
+    Args:
+        q, acceleration: q and p'', (n, 2).
+        wind: W, (2,).
+        r_rate: r', (n,).
+        vessel: Coefficients of the ship.
+        h: Period, s; negative to begin at the end.
+        start: Heading before the first step, rad.
+        psi: Headings, (n,); written.
+    """
+    n, last = len(psi), start
+    for step in range(n):
+        k = step if h > 0.0 else n - 1 - step
+        flow = (q[k, 0], q[k, 1], acceleration[k, 0], acceleration[k, 1], wind[0], wind[1])
+        force, x = vessel.m23 * r_rate[k], last
+        for _ in range(30):
+            found = sway_residual(x, last, h, flow, force, vessel)
+            slope = (sway_residual(x + 1e-6, last, h, flow, force, vessel) - found) * 1e6
+            change = found / slope if slope != 0.0 else 0.0
+            change = min(max(change, -0.2), 0.2)
+            x = x - change
+            if abs(change) < 1e-10:
+                break
+        psi[k] = last = x
+
+
+def _infeasible_rest(current: Array, wind: Array, a: ActuatorParameters, vessel: Vessel) -> str:
+    """Why a ship cannot keep its position: whether a heading without a force in sway takes too much force or moment."""
+    psi = np.linspace(-math.pi, math.pi, 721)
+    c, s = np.cos(psi), np.sin(psi)
+    u, v = -(current[0] * c + current[1] * s), -(current[1] * c - current[0] * s)
+    lost_X, lost_Y, lost_N = _lost(u, v, np.zeros(len(psi)), vessel)
+    across = lost_Y - (wind[1] * c - wind[0] * s)
+    X = lost_X - (wind[0] * c + wind[1] * s)
+    N = (vessel.m22 - vessel.m11) * v * u + lost_N
+    balanced = np.flatnonzero(across[:-1] * across[1:] <= 0.0)
+    share = np.maximum(
+        np.where(X >= 0.0, X, math.inf) / (REST_SHARE * a.surge_force_limit), np.abs(N) / (MAX_LIMIT_SHARE * a.yaw_moment_limit)
+    )
+    smallest = float(np.min(share[balanced], initial=math.inf)) if len(balanced) else math.inf
+    return "" if smallest <= 1.0 or not (np.any(current) or np.any(wind)) else "the loads at rest take too much force"

@@ -1,0 +1,1 @@
+"""What is proven of a law: bounds of its error, margins."""

@@ -1,0 +1,1 @@
+"""Laws and parameters side by side."""

@@ -1,0 +1,273 @@
+"""The results of a comparison of laws: tables, Markdown, JSON, figures."""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain, cycle, product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from vessel_hsmc_ros.core.quantities import quantity, scaled
+from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
+from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
+from vessel_hsmc_ros.scenario.suite import Row
+from vessel_hsmc_ros.studies.compare.comparison import LawMetrics, LawRun
+
+NUMBERS = (
+    ("rms", "m"),
+    ("largest", "m"),
+    ("final", "m"),
+    ("heading", "°"),
+    ("force", "N"),
+    ("moment", "N·m"),
+    ("rev/s", ""),
+    ("travel/min", ""),
+    ("legs", "m"),
+)
+"""Columns of the fields of LawMetrics with their SI units: position errors, rms heading error, rms wrench, reversals, travel,
+error on the legs."""
+
+MAX_FINDINGS = 3  # largest number of rows that the title names, and that have a sentence each
+COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
+"""Colours of the laws, the same in every figure; other laws take the next ones."""
+
+
+def looks(laws: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Colour and style of the line of each law; where the colours of other laws recur, their lines are dash-dotted or dotted."""
+    others = [law for law in dict.fromkeys(laws) if law not in COLOURS]
+    given = product(("-", "-.", ":"), SERIES[len(COLOURS) :])
+    return {law: {"color": colour, "ls": "-"} for law, colour in COLOURS.items()} | {
+        law: {"color": colour, "ls": style} for law, (style, colour) in zip(others, cycle(given), strict=False)
+    }
+
+
+def by_row(outcomes: Sequence[LawRun]) -> list[tuple[Row, list[LawRun]]]:
+    """Group outcomes by row, rows and laws in the given order."""
+    rows: list[tuple[Row, list[LawRun]]] = []
+    for outcome in outcomes:
+        if not rows or rows[-1][0] != outcome.row:
+            rows.append((outcome.row, []))
+        rows[-1][1].append(outcome)
+    return rows
+
+
+def limits(row: Row) -> str:
+    """The limits of a row as text: rms error, largest error, excursion; empty for a row without limits."""
+    given = (
+        (row.at_most, "{:g} m"),
+        (row.largest, "largest {:g} m"),
+        (row.excursion, "excursion {:g}"),
+        (row.legs_at_most, "legs {:g} m"),
+    )
+    return ", ".join(form.format(value) for value, form in given if value is not None)
+
+
+def verdict(outcome: LawRun) -> str:
+    """`hit` or `miss`; empty for a row without limits."""
+    return "" if not limits(outcome.row) else "hit" if outcome.hit else "miss"
+
+
+def overview_cell(outcome: LawRun) -> str:
+    """The rms position error of a run, that on its planned legs and its verdict, for the overview."""
+    if outcome.metrics is None:
+        return f"stopped {verdict(outcome)}".strip()
+    legs = outcome.metrics.legs
+    off = "" if legs is None else f", legs {quantity(legs, 'm')}"
+    return f"{quantity(outcome.metrics.position_rms, 'm')}{off} {verdict(outcome)}".strip()
+
+
+CELLS: dict[str, Callable[[LawRun], str]] = {
+    "rms position error": overview_cell,
+    "largest position error": lambda outcome: quantity(outcome.metrics.position_largest, "m") if outcome.metrics else "",
+    "actuator travel [1/min]": lambda outcome: quantity(outcome.metrics.travel) if outcome.metrics else "",
+}
+"""What the tables of all rows show of a run."""
+
+
+def table(row: Row, outcomes: Sequence[LawRun]) -> tuple[list[str], list[list[str]]]:
+    """Header and lines of the table of one row; a row without limits has no column of verdicts."""
+    # One unit for a column, by its largest value: kN for a ship, N for a small boat.
+    columns = zip(*(numbers(outcome.metrics) for outcome in outcomes if outcome.metrics), strict=True)
+    largest = [max((abs(value) for value in column if math.isfinite(value)), default=0.0) for column in columns]
+    scales = [scaled(size, unit) for size, (_, unit) in zip(largest or [0.0] * len(NUMBERS), NUMBERS, strict=True)]
+    head = ["law", "Hz", *(f"{name} {unit}".strip() for (name, _), (_, unit) in zip(NUMBERS, scales, strict=True)), "verdict"]
+    lines = [cells(outcome, [factor for factor, _ in scales]) for outcome in outcomes]
+    # No column of legs where no run has any, and none of verdicts without limits.
+    without = [len(head) - 2] * (not largest or not largest[-1]) + [len(head) - 1] * (not limits(row))
+    shown = [[cell for i, cell in enumerate(line) if i not in without] for line in (head, *lines)]
+    return shown[0], shown[1:]
+
+
+def numbers(metrics: LawMetrics) -> list[float]:
+    """The metrics as numbers, NaN for those that a run does not have."""
+    return [math.nan if value is None else value for value in metrics]
+
+
+def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
+    """The cells of a run in the table of its row, its metrics multiplied by the factors of their columns."""
+    head = [outcome.law, f"{outcome.rate_hz:g}"]
+    if outcome.metrics is None:
+        return [*head, "stopped", *[""] * (len(NUMBERS) - 1), verdict(outcome)]
+    return [
+        *head,
+        *(quantity(factor * value) for factor, value in zip(factors, numbers(outcome.metrics), strict=True)),
+        verdict(outcome),
+    ]
+
+
+class Overview(NamedTuple):
+    """A table of all rows: title, header, lines, and how many columns on the left are text."""
+
+    title: str
+    head: list[str]
+    lines: list[list[str]]
+    texts: int
+
+
+def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
+    """The rms errors with their verdicts, the largest errors and the actuator travel of all rows.
+
+    Returns a table for each quantity, with a column for each law; a single one with three columns for a single law.
+    """
+    laws = list(dict.fromkeys(outcome.law for outcome in outcomes))
+    rows = [(row, {outcome.law: outcome for outcome in of_row}) for row, of_row in by_row(outcomes)]
+    # No column of limits where no row has any: narrow screens need the space.
+    limited = any(limits(row) for row, _ in rows)
+    names = [[row.name, row.over.replace("_", " "), *([limits(row)] if limited else [])] for row, _ in rows]
+    cells = {title: [[cell(of[law]) if law in of else "" for law in laws] for _, of in rows] for title, cell in CELLS.items()}
+    head = ["case", "over", *(["limit"] if limited else [])]
+    rest = [name[:2] for name in names]  # of the other quantities: the limits are those of the first
+    if len(laws) == 1:
+        return [
+            Overview(
+                laws[0], [*head, *CELLS], [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)], len(head)
+            )
+        ]
+    first, *others = cells.items()
+    shown = [(first, head, names), *((other, head[:2], rest) for other in others)]
+    return [Overview(title, top + laws, [*map(list.__add__, left, lines)], len(top)) for (title, lines), top, left in shown]
+
+
+def findings(outcomes: Sequence[LawRun]) -> list[str]:
+    """How the laws compare in a sentence for each row, or for each law on many rows with limits."""
+    laws, rows = dict.fromkeys(outcome.law for outcome in outcomes), by_row(outcomes)
+    limited = [outcome for outcome in outcomes if limits(outcome.row)]
+    if limited and len(rows) > MAX_FINDINGS:
+        counts = {law: [outcome.hit for outcome in limited if outcome.law == law] for law in laws}
+        return [f"{law} meets {sum(hits)} of {len(hits)} limits." for law, hits in counts.items() if hits]
+    return [_ranking(row, of_row) for row, of_row in rows[:MAX_FINDINGS]] if len(laws) > 1 else []
+
+
+def _ranking(row: Row, outcomes: Sequence[LawRun]) -> str:
+    """The laws on a row in the order of their errors; a law that stopped comes last."""
+    errors = {outcome.law: outcome.metrics.position_rms if outcome.metrics else math.inf for outcome in outcomes}
+    best, *others = sorted(errors, key=lambda law: errors[law])
+    texts = {law: f"{quantity(error, 'm')} rms" if math.isfinite(error) else "stopped" for law, error in errors.items()}
+    return f"On {row.name} {best} is the most accurate ({texts[best]}), before {', '.join(f'{o} ({texts[o]})' for o in others)}."
+
+
+def notes(outcomes: Sequence[LawRun]) -> list[str]:
+    """Notes on the tables: laws that ran at another rate, and runs that ended early."""
+    other = {o.law: o.rate_hz for o in outcomes if o.fell_back}
+    rates = [f"{law} is unstable at the requested rate and ran at {rate:g} Hz" for law, rate in other.items()]
+    return rates + [f"{o.law} on {o.row.name}: {o.failure}" for o in outcomes if o.failure]
+
+
+def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
+    """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder."""
+    (folder / "figures").mkdir(exist_ok=True)
+    names = {row.name: file_name(row.name) for row, _ in by_row(outcomes)}
+    for row, of_row in by_row(outcomes):
+        draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
+    pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
+    (folder / "compare.html").write_text(render(outcomes, pictures), encoding="utf-8")
+    (folder / "compare.md").write_text(_markdown(outcomes, names), encoding="utf-8")
+    document = {**provenance(), "runs": [_record(outcome) for outcome in outcomes]}
+    (folder / "compare.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+
+
+def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
+    """The page: tables of all cases, then each case with its picture and its table."""
+    from vessel_hsmc_ros.report.page_kit import Section, render_sections  # imports the libraries of pages
+
+    rows, laws = by_row(outcomes), dict.fromkeys(outcome.law for outcome in outcomes)
+    sections = []
+    if len(rows) > 1:
+        sections = [
+            Section(f"{o.title[0].upper()}{o.title[1:]}", head=o.head, lines=o.lines, texts=o.texts) for o in overviews(outcomes)
+        ]
+    for row, of_row in rows:
+        head, lines = table(row, of_row)
+        sections.append(Section(row.name, f"{_scope(row)}; rms effort over the whole run.", pictures[row.name], head, lines))
+    about = f"{len(outcomes)} runs, offline · {', '.join(laws)}"
+    more = f" and {len(rows) - MAX_FINDINGS} more" if len(rows) > MAX_FINDINGS else ""
+    title = f"Laws compared: {', '.join(row.name for row, _ in rows[:MAX_FINDINGS])}{more}"
+    return render_sections(title, [about], sections, [*findings(outcomes), *notes(outcomes)])
+
+
+def _scope(row: Row) -> str:
+    """The part of the run to which the errors of a row refer, and their limits."""
+    return f"Errors over the {row.over.replace('_', ' ')}{f', at most {limits(row)}' if limits(row) else ''}"
+
+
+def _markdown(outcomes: Sequence[LawRun], names: dict[str, str]) -> str:
+    parts = ["# Laws compared"]
+    for title, head, lines, _ in overviews(outcomes):
+        parts += [f"\n{title[0].upper()}{title[1:]}\n", *_table(head, lines)]
+    parts += ["", *(f"- {note}" for note in notes(outcomes))]
+    for row, of_row in by_row(outcomes):
+        parts += [f"\n## {row.name}\n", f"{_scope(row)}; effort over the whole run.\n"]
+        parts += [*_table(*table(row, of_row)), f"\n![{row.name}](figures/{names[row.name]}.png)"]
+    return "\n".join(parts) + "\n"
+
+
+def _table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> list[str]:
+    return [f"| {' | '.join(line)} |" for line in (head, ["---"] * len(head), *lines)]
+
+
+def _record(outcome: LawRun) -> dict[str, Any]:
+    row = outcome.row
+    metrics = outcome.metrics._asdict() if outcome.metrics else {}
+    return {
+        "case": row.name,
+        "scenario": row.scenario,
+        "set": {name: list(value) if isinstance(value, tuple) else value for name, value in row.changes.items()},
+        "over": row.over,
+        "limits": {"at_most": row.at_most, "largest": row.largest, "excursion": row.excursion, "legs_at_most": row.legs_at_most},
+        "law": outcome.law,
+        "rate_hz": outcome.rate_hz,
+        "failure": outcome.failure,
+        **{name: value if value is not None and math.isfinite(value) else None for name, value in metrics.items()},
+        "excursion": outcome.verdict.excursion if outcome.verdict else None,
+        "verdict": verdict(outcome) or None,
+    }
+
+
+def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
+    """Draw the tracks of all laws with the reference, and their position errors over time.
+
+    `row`: the case, whose limit is drawn. `outcomes`: its runs; those without lines are omitted.
+    """
+    with figure(path, 10.0, 4.6) as picture:
+        tracks, errors = picture.subplots(1, 2)
+        drawn = [outcome for outcome in outcomes if len(outcome.lines)]
+        lines = looks(outcome.law for outcome in drawn)
+        for outcome in drawn:
+            time, x, y, _, _, error = outcome.lines.T
+            look: Any = {**lines[outcome.law], "lw": 1.1, "label": outcome.law}
+            tracks.plot(x, y, **look)
+            tracks.plot(x[0], y[0], "o", color=NEUTRAL, ms=4)
+            errors.semilogy(time, error.clip(1e-5), **look)  # clipped: a logarithmic axis has no zero
+        if drawn:
+            reference = drawn[0].lines.T
+            tracks.plot(reference[3], reference[4], color=INK, lw=1.0, ls="--", label="reference")
+        if row.at_most is not None:
+            errors.axhline(row.at_most, color=INK, lw=0.8, ls=":", label="limit")
+        tracks.set(xlabel="x east [m]", ylabel="y north [m]", title=row.name, aspect="equal")
+        tracks.set_adjustable("datalim")
+        errors.set(xlabel="time [s]", ylabel="position error [m]", title="Position error")
+        # Below the diagrams, where it covers no line.
+        entries = {
+            label: line for axes in (tracks, errors) for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        picture.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries) or 1)

@@ -1,0 +1,274 @@
+"""What an identification has found: a page with pictures, measured against simulated, and a vessel file, which scenarios name."""
+
+import math
+from collections.abc import Mapping, Sequence
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.report.page_kit import Section, render_sections
+from vessel_hsmc_ros.report.style import INK, NEUTRAL, REFERENCE, SHIP, figure
+from vessel_hsmc_ros.scenario.parameters_file import tree
+from vessel_hsmc_ros.studies.identification.steady_load import SteadyLoad, towards
+from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ERRORS_TITLE = "Prediction errors, rms over windows"
+ERRORS_HEAD = ["run", "position", "heading", "surge velocity", "sway velocity", "yaw rate"]
+CITATION = "identified from recorded motion by vessel_hsmc_ros"
+PARAMETERS_HEAD = ["parameter", "estimate", "standard error", "relative", "unit", "meaning"]
+
+
+class HeldOut(NamedTuple):
+    """A run that the identification has not used."""
+
+    run: Measurements
+    prediction: Prediction  # with the identified parameters
+    before: Prediction | None  # with the start vessel; None without one
+    load: SteadyLoad  # the steady force or current that fits the run best
+
+
+UNUSUAL = 2.0
+"""Ratio of the position error of a held-out run to the largest of the runs used above which its cause is looked for."""
+
+
+def explanations(found: Identified, held_out: Sequence[HeldOut]) -> list[str]:
+    """A sentence on each held-out run that is predicted much worse than the runs used: what would explain it."""
+    usual = max(prediction.rms()["position"] for prediction in found.predictions)
+    return [each.load.sentence(each.run.name) for each in held_out if each.load.before > UNUSUAL * usual]
+
+
+def render(name: str, runs: Sequence[Measurements], found: Identified, held_out: Sequence[HeldOut]) -> str:
+    """The page, with everything in it."""
+    sections = [
+        Section(ERRORS_TITLE, WINDOWS_TEXT, head=ERRORS_HEAD, lines=errors_table(runs, found, held_out)),
+        Section("Parameters", head=PARAMETERS_HEAD, lines=parameters_table(found), prose=True),
+    ]
+    if found.unidentifiable:
+        sections.append(Section("Held parameters", head=["parameter", "why"], lines=found.unidentifiable, prose=True))
+    sections += [Section(f"Held out: {each.run.name}", picture=prediction_picture(each.prediction)) for each in held_out]
+    for run, prediction in zip(runs, found.predictions, strict=True):
+        sections.append(Section(f"Used: {run.name}", picture=prediction_picture(prediction)))
+    sections += [
+        Section("Residuals", RESIDUALS_TEXT, residuals_picture([run.time for run in runs], found)),
+        Section("Correlations", CORRELATIONS_TEXT, correlation_picture(found)),
+    ]
+    findings = [*found.warnings, *explanations(found, held_out)]
+    return render_sections(f"Identification of {name}", [_about(runs, found)], sections, findings)
+
+
+WINDOWS_TEXT = (
+    "Each window is simulated from the measured state at its start with the recorded wrench. Only errors on held-out runs show"
+    " how well the ship will be predicted."
+)
+RESIDUALS_TEXT = (
+    "Measured minus simulated motion, with twice its standard deviation dashed. What is left should be noise: a pattern is a"
+    " force that the model does not have, such as wind."
+)
+CORRELATIONS_TEXT = (
+    "Two parameters with a correlation near 1 or -1 cannot be distinguished by these runs: only their combination is known. Other"
+    " manoeuvres separate them; vessel-hsmc excite writes some."
+)
+
+
+def errors_table(runs: Sequence[Measurements], found: Identified, held_out: Sequence[HeldOut]) -> list[list[str]]:
+    """Prediction errors, a line for each run; for held-out runs a second one with the start vessel."""
+    lines = [[f"used: {run.name}", *errors(prediction).values()] for run, prediction in zip(runs, found.predictions, strict=True)]
+    for each in held_out:
+        lines.append([f"held out: {each.run.name}", *errors(each.prediction).values()])
+        if each.before is not None:
+            lines.append([f"held out, start vessel: {each.run.name}", *errors(each.before).values()])
+    return lines
+
+
+def errors(prediction: Prediction) -> dict[str, str]:
+    """Root mean square errors over all windows, with their units."""
+    rms = prediction.rms()
+    degrees = math.degrees(1.0)
+    return {
+        "position": f"{rms['position']:.3g} m",
+        "heading": f"{degrees * rms['heading']:.3g}°",
+        "surge": f"{rms['surge']:.3g} m/s",
+        "sway": f"{rms['sway']:.3g} m/s",
+        "yaw_rate": f"{degrees * rms['yaw_rate']:.3g}°/s",
+    }
+
+
+def parameters_table(found: Identified) -> list[list[str]]:
+    """Estimates with their standard errors, and the current of each run."""
+    entries = schema.entries(VesselParameters)
+    lines = []
+    for name, value in found.parameters.items():
+        error, entry = found.standard_errors[name], entries.get(name)
+        relative = f"{100.0 * error / abs(value):.2g} %" if value else ""
+        described = (entry.unit, entry.description) if entry else ("", "Input gain or offset.")
+        lines.append([name, f"{value:.4g}", f"{error:.2g}", relative, *described])
+    meaning = ("m/s", "Steady current over ground; its direction is measured from x towards y.")
+    for number, (x, y, error) in enumerate(found.currents, 1):
+        speed = math.hypot(x, y)
+        estimate = [towards(x, y, "m/s"), f"{error:.2g}", f"{100.0 * error / speed:.2g} %"] if speed else ["none found", "", ""]
+        lines.append([f"current of run {number}", *estimate, *meaning])
+    return lines
+
+
+def _about(runs: Sequence[Measurements], found: Identified) -> str:
+    """What was identified from what."""
+    samples, minutes = sum(len(run.time) for run in runs), sum(float(run.time[-1] - run.time[0]) for run in runs) / 60.0
+    count = f"{len(runs)} {'run' if len(runs) == 1 else 'runs'}, {samples} samples, {minutes:.1f} min"
+    return f"Model {found.model.name}, {len(found.standard_errors)} parameters from {count}."
+
+
+COLUMNS = (("surge velocity", "m/s", 1.0), ("sway velocity", "m/s", 1.0), ("yaw rate", "°/s", 180.0 / np.pi))
+STATES = (("x", "m", 1.0), ("y", "m", 1.0), ("heading", "°", 180.0 / np.pi), *COLUMNS)
+
+MAX_POINTS = 4000  # largest number of points of a drawn line
+
+
+def prediction_picture(prediction: Prediction) -> bytes:
+    """Track and velocities, measured and simulated window by window, as PNG."""
+    keep = slice(None, None, max(len(prediction.time) // MAX_POINTS, 1))
+    time, measured, simulated = (values[keep] for values in (prediction.time, prediction.measured, prediction.simulated))
+    broken = _broken(time, simulated, prediction.starts)
+
+    def draw(picture: Any) -> None:
+        grid = picture.add_gridspec(3, 2, width_ratios=(1.0, 1.6))
+        track = picture.add_subplot(grid[:, 0])
+        _lines(track, measured[:, 0], measured[:, 1], broken[:, 0], broken[:, 1])
+        track.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
+        track.legend(loc="upper right")
+        panel: Any = None
+        for i, (name, unit, factor) in enumerate(COLUMNS):
+            panel = picture.add_subplot(grid[i, 1], sharex=panel)
+            _lines(panel, time, factor * measured[:, 3 + i], time, factor * broken[:, 3 + i])
+            panel.set(ylabel=f"{name} [{unit}]")
+        panel.set(xlabel="time [s]")
+
+    return _png(draw, (10.0, 5.4))
+
+
+def _broken(time: Array, simulated: Array, starts: Array) -> Array:
+    """The simulated motion with a gap at the start of each window, where it begins at the measured state again."""
+    gaps = simulated.copy()
+    gaps[np.clip(np.searchsorted(time, starts), 0, len(time) - 1)] = np.nan
+    return gaps
+
+
+def _lines(panel: "Axes", x: Array, y: Array, simulated_x: Array, simulated_y: Array) -> None:
+    panel.plot(x, y, color=NEUTRAL, lw=2.4, alpha=0.6, label="measured")
+    panel.plot(simulated_x, simulated_y, color=SHIP, lw=1.1, label="simulated")
+
+
+def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
+    """Residuals of all measured states over time, one run after the other, with twice their standard deviation, as PNG.
+
+    `times`: time of each run, (n,), s.
+    """
+
+    def draw(picture: Any) -> None:
+        panels = picture.subplots(2, 3, sharex=True).ravel()
+        for i, (panel, (name, unit, factor)) in enumerate(zip(panels, STATES, strict=True)):
+            begin = 0.0
+            for time, residual in zip(times, found.residuals, strict=True):
+                keep = slice(None, None, max(len(time) // MAX_POINTS, 1))
+                panel.plot((begin + time - time[0])[keep], (factor * residual[:, i])[keep], color=SHIP, lw=0.5)
+                begin += float(time[-1] - time[0])
+            for side in (-2.0, 2.0):
+                panel.axhline(side * factor * found.noise[i], color=REFERENCE, lw=0.9, ls="--")
+            panel.set(ylabel=f"{name} [{unit}]")
+        for panel in panels[3:]:
+            panel.set(xlabel="time [s]")
+
+    return _png(draw, (10.0, 4.2))
+
+
+def correlation_picture(found: Identified) -> bytes:
+    """The correlations of the estimates as PNG."""
+    names = list(found.standard_errors)
+
+    def draw(picture: Any) -> None:
+        panel = picture.subplots()
+        image = panel.imshow(found.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+        panel.set_xticks(range(len(names)), names, rotation=90)
+        panel.set_yticks(range(len(names)), names)
+        panel.grid(visible=False)
+        for i, j in zip(*np.nonzero(np.abs(found.correlation) >= 0.9), strict=True):
+            if i != j:
+                panel.text(j, i, f"{found.correlation[i, j]:.2f}", ha="center", va="center", fontsize=6, color=INK)
+        picture.colorbar(image, shrink=0.7)
+
+    size = 3.2 + 0.28 * len(names)
+    return _png(draw, (size + 1.0, size))
+
+
+def _png(draw: Any, size: tuple[float, float]) -> bytes:
+    """A picture of a size in inches, drawn by a function."""
+    content = BytesIO()
+    with figure(content, *size) as picture:
+        draw(picture)
+    return content.getvalue()
+
+
+LIMITS = {"surge_force_limit": 0, "yaw_moment_limit": 2}  # limits of the propulsion with their columns of the wrench
+PREFIX = "vessel."
+
+
+def vessel_text(
+    name: str, found: Identified, runs: Sequence[Measurements], known: Mapping[str, object], errors: Mapping[str, str]
+) -> str:
+    """Write a vessel file in the format of the library.
+
+    `known`: what is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
+    `errors`: root mean square prediction errors on held-out runs, with their units; empty without. Raises ParameterError if
+    length or beam is not known.
+    """
+    check_known(known)
+    largest = {key: float(np.nanmax(np.abs(np.concatenate([run.wrench[:, i] for run in runs])))) for key, i in LIMITS.items()}
+    hull = {key: _digits(value) for key, value in found.vessel_values().items()}
+    document = {
+        "name": name,
+        "description": f"Identified from {', '.join(run.name for run in runs)}.",
+        "source": {
+            "citation": f"{CITATION} {__version__}, model {found.model.name}",
+            "table": ", ".join(run.name for run in runs),
+        },
+        "checks": {
+            "verified": [f"{key} on held-out data: {value}" for key, value in errors.items()],
+            "unverified": [f"{key} is held: {why}" for key, why in found.unidentifiable],
+        },
+        "vessel": {**{key: _digits(value) for key, value in largest.items() if value > 0.0}, **known, **hull},
+    }
+    return yaml.safe_dump(document, sort_keys=False, allow_unicode=True, width=120, default_flow_style=None)
+
+
+def check_known(known: Mapping[str, object]) -> None:
+    """Check that what is known of a ship suffices for a vessel file. Raises ParameterError if length or beam is not known."""
+    for needed in ("length", "beam"):
+        if needed not in known:
+            raise ParameterError(f"the {needed} of the ship is not known: it takes --vessel START, or --{needed}")
+
+
+def is_identified(path: Path) -> bool:
+    """Whether a file is a vessel that `vessel_text` has written."""
+    return CITATION in path.read_text(encoding="utf-8", errors="replace")
+
+
+def known_of(values: Mapping[str, object], estimated: Mapping[str, float]) -> dict[str, object]:
+    """What a start vessel states beyond the estimates, nested as in a vessel file."""
+    replaced = {*estimated, "surge_speed_range", "sway_speed_range", "yaw_rate_range", "name"}
+    own = {name.removeprefix(PREFIX): value for name, value in values.items() if name.startswith(PREFIX)}
+    return tree({name: value for name, value in own.items() if name not in replaced})
+
+
+def _digits(value: float | list[float]) -> float | list[float]:
+    """Numbers with six digits."""
+    return [float(f"{each:.6g}") for each in value] if isinstance(value, list) else float(f"{value:.6g}")

@@ -1,0 +1,1 @@
+"""Laws to compare with, registered as laws of users are."""

@@ -1,0 +1,245 @@
+"""Runs a scenario by the nodes or offline, and writes its run folder: metrics, page, figures, summary."""
+
+import importlib.util
+import os
+import signal
+import socket
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from vessel_hsmc_ros.core.exceptions import BagError, ControlError, ReportError, RunError, SimulationError
+from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.faults.fault import FaultScript
+from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary
+from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation import offline
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.report import Record
+
+Progress = Callable[[float], None]
+
+DOMAIN, LAST_DOMAIN = "ROS_DOMAIN_ID", 101
+"""Environment variable of the ROS domain, and the last domain whose ports Linux does not give to other programs."""
+
+
+@dataclass
+class Result:
+    """The result of a run."""
+
+    folder: RunFolder
+    exit_code: int = 0  # 0; 1 if a node failed; 128 plus the number of the signal that interrupted the run
+    failure: str = ""  # what failed, in one line; empty if nothing did
+    metrics: Metrics | None = None  # metrics of the run; None if it is too short for them
+    facts: dict[str, Any] = field(default_factory=dict)  # all other measured values, by their keys in run.json
+    # of a fleet, the recorded run of each vessel, named by its namespace; none if the run failed
+    records: list["Record"] = field(default_factory=list)
+
+
+def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
+    """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock.
+
+    Raises RunError if ROS is not installed, or another run uses them.
+    """
+    context: AbstractContextManager[None] = supervisor_module().exclusive(namespace, lockstep)
+    return context
+
+
+@contextmanager
+def free_domains(count: int) -> Iterator[list[str]]:
+    """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones.
+
+    `count`: how many there are at most; at least there is one. Raises RunError if ROS is not installed, or there is no such
+    domain.
+    """
+    module, given = supervisor_module(), os.environ.get(DOMAIN)
+    # After the default the highest ones: people and test tools count upwards, and nodes that are started by hand reserve none.
+    candidates = [given] if given else ["0", *(str(domain) for domain in range(LAST_DOMAIN, 0, -1))]
+    found: list[str] = []
+    with ExitStack() as reserved:
+        for domain in candidates:
+            try:
+                reserved.enter_context(module.exclusive("", lockstep=True, domain=domain))
+            except RunError:
+                if domain == candidates[-1] and not found:
+                    raise
+            else:
+                found.append(domain)
+            if len(found) == count:
+                break
+        yield found
+
+
+def run_nodes(
+    scenario: Scenario,
+    folder: RunFolder,
+    namespace: str,
+    progress: Progress,
+    live_port: int | None = None,
+    requested_at: float | None = None,
+    faults: FaultScript | None = None,
+    with_page: bool = True,
+) -> Result:
+    """Run a scenario by the real nodes over ROS 2 and record it.
+
+    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
+    namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
+    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default. Returns
+    the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
+    """
+    supervisor = supervisor_module()
+    origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
+    injection = None if faults is None else supervisor.Injection(faults, scenario)
+    if faults:
+        origin |= {"faults": [fault.describe() for fault in faults.faults]}
+    recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
+    folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
+    status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection)
+    result = Result(folder, status.code, status.failure)
+    summarise(result, origin, lambda: _evaluate_bag(result, origin, requested_at or _process_start(), with_page))
+    return result
+
+
+def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True, with_page: bool = True) -> Result:
+    """Run a scenario in this process, without ROS, and write a run folder with its bag.
+
+    A run that fails or is interrupted is recorded up to there, but no page and no figures are made. Returns the result; a
+    failed run is a result with a nonzero exit code. Raises ScenarioError if the scenario has no duration; RunError if the run
+    folder cannot be created, or its parameters cannot be written.
+    """
+    origin = origin_of(scenario, "offline", "")
+    loop = offline.ClosedLoop(scenario)
+    result = Result(make_run_folder(parent, f"{scenario.name}_offline"))  # before the run: a folder is refused at once
+    result.folder.write_parameters(scenario)
+    _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
+    if with_bag:
+        _write_bag(loop, result, scenario)
+    summarise(result, origin, lambda: _evaluate_run(result, scenario, loop.result(), origin, with_page))
+    return result
+
+
+def summarise(result: Result, origin: Mapping[str, Any], evaluate: Callable[[], None]) -> None:
+    """Write the summary of a run, and evaluate it if it has not failed; what cannot be read or written is its failure."""
+    try:
+        write_results(result, origin)  # first of all: what follows takes seconds and may be interrupted
+        if not result.failure:
+            evaluate()
+    except (BagError, ReportError, RunError) as error:
+        _note_failure(result, error)
+        with suppress(RunError):
+            write_results(result, origin)
+
+
+def _note_failure(result: Result, error: Exception) -> None:
+    """Note why the files of a run cannot be written; a full disk must not hide why the run failed or was interrupted."""
+    result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
+
+
+def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progress) -> None:
+    """Run a closed loop to its end, to its failure or to an interrupt."""
+    started = time.monotonic()
+    try:
+        loop.run(progress)
+    except (SimulationError, ControlError) as error:
+        result.exit_code, result.failure = 1, str(error)
+    except KeyboardInterrupt:
+        result.exit_code, result.failure = 128 + signal.SIGINT, f"interrupted by {signal.SIGINT.name}"
+    result.facts = {"steps": loop.done, "real_time_factor": loop.time / (time.monotonic() - started)}
+
+
+def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> None:
+    """Write the bag of a closed loop as far as it has come."""
+    from vessel_hsmc_ros.bags.run_to_bag import write_bag  # imports the libraries of bags
+
+    try:
+        result.facts["messages_recorded"] = write_bag(result.folder.bag, loop.published(), scenario)
+    except BagError as error:
+        _note_failure(result, error)
+
+
+def check_live_port(port: int) -> None:
+    """Check that a live view can be served. Raises RunError if its library is missing, or the port is in use."""
+    if importlib.util.find_spec("foxglove") is None:
+        raise RunError("the live view needs foxglove-sdk, which is not installed: pip install foxglove-sdk")
+    try:
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+    except OSError as error:
+        raise RunError(f"the live view cannot listen on port {port}: {error.strerror}") from None
+
+
+def supervisor_module() -> Any:
+    """Import the module that needs ROS.
+
+    Raises InstallationError if two installations of ROS would mix, or the messages are others; RunError if ROS is not
+    installed.
+    """
+    check_ros()
+    try:
+        from vessel_hsmc_ros.nodes.runs import supervisor
+
+        check_messages()  # the nodes need them; here their absence is one line instead of a log file
+    except ModuleNotFoundError as error:
+        raise RunError(missing_module(error)) from None
+    return supervisor
+
+
+def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float, with_page: bool) -> None:
+    """Evaluate the bag of the nodes, and write page and figures if they are wanted."""
+    from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
+
+    record = report.of_bag(result.folder.bag, origin["namespace"])
+    start_up = record.facts.get("first_command_at", 0.0) - requested_at
+    result.facts = {**record.facts, "start_up": start_up if start_up > 0.0 else None}
+    _write_report(result, record, origin, with_page)
+
+
+def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any], with_page: bool) -> None:
+    """Evaluate a run that was computed in this process, and write page and figures if they are wanted."""
+    from vessel_hsmc_ros import report
+    from vessel_hsmc_ros.report.record import measured, planned
+
+    metrics = measured(run, scenario)
+    record = report.with_verdict(report.Record(scenario.name, run, metrics, scenario=scenario, track=planned(scenario)))
+    _write_report(result, record, origin, with_page)
+
+
+def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], with_page: bool) -> None:
+    """Write the summary of a run, and its page and figures if they are wanted."""
+    from vessel_hsmc_ros import report
+
+    shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
+    record = replace(record, facts=result.facts, provenance={**shown, **record.provenance})
+    result.metrics = record.metrics
+    write_results(result, origin)  # before the page: it is the result if the page is interrupted or the disk is full
+    if with_page:
+        write_page(result.folder, [record], record.name)
+
+
+def write_page(folder: RunFolder, records: Sequence["Record"], title: str) -> None:
+    """Write page and figures of the runs of a folder. Raises ReportError if they cannot be written."""
+    from vessel_hsmc_ros import report
+    from vessel_hsmc_ros.report import figures  # draws with a library that takes long to import
+
+    report.write(folder.report, records, title)
+    figures.draw(records, folder.figures)
+
+
+def write_results(result: Result, origin: Mapping[str, Any]) -> None:
+    """Write run.json with what is known of a run so far."""
+    metrics = result.metrics._asdict() if result.metrics else None
+    write_summary(result.folder, origin, result.exit_code, result.failure, {"metrics": metrics, **result.facts})
+
+
+def _process_start() -> float:
+    """Start of this process on the clock of time.time(), before the interpreter ran its first line, s."""
+    # Field 22 of stat, in clock ticks since boot; the command name before it may contain spaces, but ends with ")".
+    after_boot = float(Path("/proc/self/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[19])
+    return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / os.sysconf("SC_CLK_TCK")

@@ -1,0 +1,284 @@
+"""What a tuning consists of: cases, gains and objective; and the evaluation of one set of gains.
+
+The cases are the runs on which every set of gains is evaluated: a scenario, the rows of a suite, or the draws of a campaign.
+Their seeds are those of the files, so all sets of gains meet the same noise: common random numbers. Held-out runs have other
+seeds, or are other cases.
+
+The objective is a metric over the same runs for every set, each relative to a scale of its own. For run i the ratio is
+q_i = |m_i| / s_i, with the metric m_i and its scale s_i: the limit of the case where it has one for this metric, else the value
+with the present gains. Ratios are clipped to [0.01, Q] with Q = 1000, and a run that fails or has no value counts as Q: precision
+that is not needed does not outweigh the other runs, and a failure is never better than a poor run. With the share f of runs that
+fail, the cost is
+
+    J = (1 + Q·f)·exp(mean(log q_i))
+
+or with the worst ratio, max(q_i), in the place of the geometric mean.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import yaml
+
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, scenario_names
+from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.campaign.plan_file import campaign_names
+from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
+from vessel_hsmc_ros.studies.tuning.gains import NODE, Gain, with_gains
+
+LAW = "controller.law"
+
+SEED_STEP, SEEDS = 1_000_003, 2**31  # held-out runs have the seed of their case plus this step, modulo the number of seeds
+LIMITED = {"at_most": "position_error_rms_last_quarter", "largest": "position_error_peak_last_quarter"}
+"""The metric that a limit of a suite bounds."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of a tuning."""
+
+    name: str  # its name in tables
+    scenario: Scenario  # the scenario, with the present gains
+    limits: Mapping[str, float] = field(default_factory=dict)  # limits by metric; they are the scales of the cost
+
+
+def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
+    """The runs of a scenario, a suite or a campaign.
+
+    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file. Raises ScenarioError if
+    there is no such scenario, suite or campaign, or it cannot be read; ParameterError if a parameter is unknown or out of
+    range.
+    """
+    changes = {**changes, **({LAW: law} if law else {})}
+    kind = _kind(source)
+    if kind == "campaign":
+        return _of_campaign(Campaign.load(source), changes)
+    if kind == "suite":
+        return [_of_row(row, changes) for row in load_suite(source)]
+    return [Case(Path(source).stem, load_scenario(source, changes))]
+
+
+def _of_campaign(campaign: Campaign, changes: Mapping[str, object]) -> list[Case]:
+    """The draws of a campaign, each with one law: that of the changes, else the first of the campaign."""
+    runs = range(0, campaign.runs, len(campaign.variants))
+    scenarios = [campaign.scenario(run, changes) for run in runs]
+    return [Case(f"draw {draw}", each, campaign.limits_of(each)) for draw, each in enumerate(scenarios)]
+
+
+def _of_row(row: Row, changes: Mapping[str, object]) -> Case:
+    limits = {metric: getattr(row, key) for key, metric in LIMITED.items() if getattr(row, key) is not None}
+    return Case(row.name, load_scenario(row.scenario, {**row.changes, **changes}), limits)
+
+
+def _kind(source: str) -> str:
+    """Whether a source is a scenario, a suite or a campaign; an unknown name is left to the loader of scenarios."""
+    if Path(source).suffix not in (".yaml", ".yml"):
+        kinds = {"scenario": scenario_names(), "suite": suite_names(), "campaign": campaign_names()}
+        return next((kind for kind, names in kinds.items() if source in names), "scenario")
+    try:
+        document = read_yaml(read_text(Path(source)))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError):
+        return "scenario"
+    keys = set(document) if isinstance(document, dict) else set()
+    return "suite" if "rows" in keys else "campaign" if "draw" in keys else "scenario"
+
+
+def held_out_cases(source: str, changes: Mapping[str, object], law: str, others: bool) -> list[Case]:
+    """Runs to evaluate a tuning on, which its search has not seen.
+
+    `others`: whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
+    """
+    if not others and _kind(source) == "campaign":
+        campaign = Campaign.load(source)
+        return _of_campaign(replace(campaign, seed=campaign.seed + SEED_STEP), {**changes, LAW: law})
+    cases = load_cases(source, changes, law)
+    return cases if others else [replace(case, scenario=_reseeded(case.scenario)) for case in cases]
+
+
+def _reseeded(scenario: Scenario) -> Scenario:
+    seed = (scenario.vessel_sim.seed + SEED_STEP) % SEEDS
+    return replace(scenario, vessel_sim=replace(scenario.vessel_sim, seed=seed))
+
+
+def law_of(cases: Sequence[Case]) -> str:
+    """The law of all cases. Raises ScenarioError if there is no case, or the cases have several laws."""
+    laws = sorted({case.scenario.controller.law for case in cases})
+    if not laws:
+        raise ScenarioError("a tuning without runs is not allowed: the suite has no rows")
+    if len(laws) > 1:
+        raise ScenarioError(f"the runs have the laws {', '.join(laws)}: choose one by --law")
+    for case in cases:
+        if case.scenario.vessel_sim.duration <= 0.0:
+            raise ParameterError("vessel_sim.duration = 0 s goes on for ever: for tuning it must be above 0 s")
+    return laws[0]
+
+
+FLOOR, PENALTY = 0.01, 1000.0  # the smallest ratio, and the largest, which a run that fails has
+AGGREGATES = ("geometric_mean", "worst")
+
+SETTLING = "settling_time"  # the metric that a run has no value of if it has not settled, which counts like a failure
+ERROR, EFFORTS = "position_error_rms_last_quarter", ("yaw_moment_rms", "surge_force_rms")
+"""The metric of the cost by default, and the metrics of the effort, the first of which is drawn beside another cost."""
+
+
+class Cost(NamedTuple):
+    """Cost and effort of a set of gains, dimensionless, and the number of runs that failed."""
+
+    cost: float
+    effort: float
+    failed: int
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised."""
+
+    metric: str = ERROR  # the metric of the cost, a name of core.metrics.Metrics
+    second: str = EFFORTS[0]  # the metric of the effort
+    two: bool = False  # whether the effort is minimised too; else it is only evaluated
+    aggregate: str = AGGREGATES[0]
+
+    def __post_init__(self) -> None:
+        for option, name in (("--metric", self.metric), ("--second-metric", self.second)):
+            if name not in Metrics._fields:
+                raise ParameterError(f"{option} {name} is not allowed: it takes one of {', '.join(Metrics._fields)}")
+        if self.two and self.metric == self.second:
+            raise ParameterError(f"--second-metric {self.second} is not allowed: it is the metric of the cost")
+
+    def values(self, outcomes: Sequence[Outcome]) -> Array:
+        """The two metrics of all runs, (n, 2); NaN for a run that failed or has no value."""
+        return np.array([[_value(outcome, name) for name in (self.metric, self.second)] for outcome in outcomes], np.float64)
+
+    def check(self, values: Array, failures: Sequence[str]) -> None:
+        """Check that there is something to minimise.
+
+        `values`: the metrics of all runs, (n, 2). Raises ParameterError if no run has a value of a metric, although none
+        failed: a limit that it refers to is not set.
+        """
+        for name, column in zip((self.metric, self.second), values.T, strict=True):
+            if name != SETTLING and np.isnan(column).all() and not any(failures):
+                raise ParameterError(f"metric {name} has no value in any run: the scenario sets no limit that it refers to")
+
+    def scales(self, cases: Sequence[Case], present: Array) -> Array:
+        """The scales of all runs, (n, 2).
+
+        `present`: the two metrics with the present gains, (n, 2), NaN where they have none. Returns the limits of the cases,
+        else the present values, else 1.
+        """
+        limits = [[case.limits.get(name, np.nan) for name in (self.metric, self.second)] for case in cases]
+        scales = np.where(np.isnan(limits), present, np.array(limits))
+        return np.where(np.isfinite(scales) & (scales > 0.0), scales, 1.0)
+
+    def cost(self, values: Array, scales: Array) -> Cost:
+        """The cost of a set of gains from its metrics and their scales, both (n, 2)."""
+        failed = ~np.isfinite(values)
+        ratios = np.clip(np.where(failed, PENALTY, values / scales), FLOOR, PENALTY)
+        each = np.exp(np.log(ratios).mean(axis=0)) if self.aggregate == AGGREGATES[0] else ratios.max(axis=0)
+        cost, effort = (1.0 + PENALTY * failed.mean(axis=0)) * each
+        return Cost(float(cost), float(effort), int(np.count_nonzero(failed[:, 0])))
+
+
+def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
+    """The objective by the names of the command line; without a second metric the effort is only evaluated.
+
+    Raises ParameterError if there is no metric of that name, or both are the same.
+    """
+    second = next(name for name in EFFORTS if name != metric) if second_metric is None else second_metric
+    return Objective(metric, second, second_metric is not None, aggregate)
+
+
+def _value(outcome: Outcome, metric: str) -> float:
+    """The magnitude of a metric of a run; NaN where it has none."""
+    value = getattr(outcome.metrics, metric) if outcome.metrics is not None and not outcome.failure else None
+    return float("nan") if value is None else abs(value)
+
+
+MIN_PARALLEL_RUNS = 100  # from this number of runs on, parallel processes save more time than their start takes
+
+
+class Evaluation(NamedTuple):
+    """A set of gains on a list of cases."""
+
+    values: Array  # the metrics of cost and effort of every case, (n, 2); NaN for a run that failed
+    scales: Array  # their scales, (n, 2)
+    failures: tuple[str, ...]  # why a run ended early, in one line each; empty for one that did not
+    cost: Cost
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What is tuned."""
+
+    cases: Sequence[Case]  # the runs of every trial; all have the same law
+    gains: Sequence[Gain]  # the gains and their ranges
+    objective: Objective
+    seed: int = 1  # seed of the search; the noise of the runs has its own
+    # number of processes for the runs, which the results do not depend on; None for one per core if a trial has
+    # MIN_PARALLEL_RUNS runs, else one
+    workers: int | None = None
+
+    def __post_init__(self) -> None:
+        if not self.gains:
+            raise ParameterError("a tuning without gains is not allowed: it takes --gain controller.law.name")
+
+    def simulate(self, scenarios: Sequence[Scenario], on_run: Callable[[Outcome], None] | None = None) -> list[Outcome]:
+        """Simulate scenarios; `on_run` is called with each outcome as soon as it is known."""
+        workers = self.workers or (None if len(self.cases) >= MIN_PARALLEL_RUNS else 1)
+        return simulate_many(scenarios, workers=workers, on_result=on_run)
+
+    @property
+    def law(self) -> str:
+        """The law that is tuned."""
+        return self.cases[0].scenario.controller.law
+
+    @cached_property
+    def present(self) -> dict[str, float]:
+        """The present gains: those of the first case."""
+        values: dict[str, Any] = schema.flatten(self.cases[0].scenario.controller)
+        return {gain.parameter: values[gain.parameter.removeprefix(NODE)] for gain in self.gains}
+
+    def definition(self) -> dict[str, Any]:
+        """What the trials depend on, in JSON types."""
+        text = "".join(f"{dump_scenario(case.scenario)}{sorted(case.limits.items())}" for case in self.cases)
+        names = [self.objective.metric, self.objective.second]
+        return {
+            "version": __version__,
+            "law": self.law,
+            "gains": {gain.parameter: [gain.low, gain.high, "log" if gain.logarithmic else "linear"] for gain in self.gains},
+            "objectives": names[: 1 + self.objective.two],
+            "effort": self.objective.second,
+            "aggregate": self.objective.aggregate,
+            "seed": self.seed,
+            "runs": len(self.cases),
+            "cases": hashlib.sha256(text.encode()).hexdigest()[:16],
+        }
+
+    def scenarios(self, gains: Mapping[str, float]) -> list[Scenario]:
+        """The scenarios of all cases with other gains.
+
+        Raises InstabilityError if a gain is unstable at the rate of the law; ParameterError if a gain does not fit another one.
+        """
+        return [with_gains(case.scenario, gains) for case in self.cases]
+
+    def evaluate(self, cases: Sequence[Case], gains: Mapping[str, float], scales: Array | None = None) -> Evaluation:
+        """Simulate cases with a set of gains.
+
+        `scales`: the scales of the metrics; None for the limits of the cases, else the values of these runs.
+        """
+        outcomes = self.simulate([with_gains(case.scenario, gains) for case in cases])
+        values = self.objective.values(outcomes)
+        if scales is None:
+            scales = self.objective.scales(cases, values)
+        return Evaluation(values, scales, tuple(each.failure for each in outcomes), self.objective.cost(values, scales))
