@@ -1,6 +1,7 @@
 """Installs the nodes, the command and the data files, for colcon and for pip alike; colcon has the messages built as well."""
 
 import os
+import runpy
 import subprocess
 import sys
 import sysconfig
@@ -30,6 +31,13 @@ def data_files() -> list[tuple[str, list[str]]]:
             if names:
                 files.append((f"{SHARE}/{folder.as_posix()}", names))
     return files
+
+
+def executables() -> list[str]:
+    """List the executables of the nodes, as the package's list of nodes names them."""
+    listed = runpy.run_path(str(ROOT / PACKAGE / "core" / "node_list.py"))
+    programs = (listed["LOOP"] | listed["WATCHERS"] | listed["AUXILIARY"]).values()
+    return [f"{each.executable} = {PACKAGE}.nodes.entry_points:{each.executable}" for each in programs]
 
 
 def build_messages(folder: Path) -> None:
@@ -131,19 +139,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "vessel_sim_node = vessel_hsmc_ros.nodes.entry_points:vessel_sim_node",
-            "reference_ship_node = vessel_hsmc_ros.nodes.entry_points:reference_ship_node",
-            "controller_node = vessel_hsmc_ros.nodes.entry_points:controller_node",
-            "thruster_allocation_node = vessel_hsmc_ros.nodes.entry_points:thruster_allocation_node",
-            "fault_relay_node = vessel_hsmc_ros.nodes.entry_points:fault_relay_node",
-            "recorder_node = vessel_hsmc_ros.nodes.entry_points:recorder_node",
-            "marker_node = vessel_hsmc_ros.nodes.entry_points:marker_node",
-            "watchdog_node = vessel_hsmc_ros.nodes.entry_points:watchdog_node",
-            "navsat_odom_node = vessel_hsmc_ros.nodes.entry_points:navsat_odom_node",
-            "drive_node = vessel_hsmc_ros.nodes.entry_points:drive_node",
-            "mavlink_node = vessel_hsmc_ros.nodes.entry_points:mavlink_node",
-            "px4_node = vessel_hsmc_ros.nodes.entry_points:px4_node",
-            "live_node = vessel_hsmc_ros.nodes.entry_points:live_node",
+            *executables(),
             "vessel-hsmc = vessel_hsmc_ros.cli.main:main",
         ],
         # Laws to compare with, as an installed package offers its own.

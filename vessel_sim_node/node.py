@@ -63,6 +63,11 @@ class VesselSimNode(VesselNode):
     """
 
     NAME = "vessel_sim"
+    INTERFACE = """
+        subscribes to  cmd_wrench, or thrusters/<name>/thrust and .../angle with actuators.kind = thrusters
+        publishes      odom, applied_wrench, disturbance, dynamics/truth; odom/truth with sensor noise; events; /clock in lockstep
+        services       ~/pause, ~/reset
+    """
     PARAMETERS = SimParameters
 
     def __init__(self, **options: Any) -> None:

@@ -12,7 +12,6 @@ import rclpy
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
-from vessel_hsmc_ros.nodes import process as help_module
 from vessel_hsmc_ros.scenario import parameters
 
 CLASSES = {
@@ -54,7 +53,7 @@ def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 
 def test_every_node_has_a_help_text() -> None:
-    assert CLASSES.keys() == LOOP.keys() | AUXILIARY.keys() | WATCHERS.keys() == help_module.INTERFACES.keys()
+    assert CLASSES.keys() == LOOP.keys() | AUXILIARY.keys() | WATCHERS.keys()
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -84,8 +83,8 @@ def test_help_names_every_topic_of_the_node(context: Any, name: str) -> None:
     services = [service for service, _ in node.get_service_names_and_types_by_node(name, "/") if "parameter" not in service]
     node.destroy_node()
     assert topics
-    missing = [topic for topic in topics if topic not in help_module.INTERFACES[name]]
-    missing += [service for service in services if service.removeprefix(f"/{name}/") not in help_module.INTERFACES[name]]
+    missing = [topic for topic in topics if topic not in node_class.INTERFACE]
+    missing += [service for service in services if service.removeprefix(f"/{name}/") not in node_class.INTERFACE]
     assert not [name for name in missing if "type_description" not in name]
 
 

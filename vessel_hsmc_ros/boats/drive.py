@@ -98,6 +98,11 @@ class DriveNode(VesselNode):
     """
 
     NAME = "drive"
+    INTERFACE = """
+        subscribes to  cmd_wrench; controller/state with the form cmd_vel
+        publishes      normalised_wrench, cmd_vel, or throttle and steering, by its form
+        services       ~/stop, ~/rearm
+    """
     PARAMETERS = DriveParameters
 
     def __init__(self, **options: Any) -> None:

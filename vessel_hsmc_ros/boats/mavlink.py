@@ -51,6 +51,11 @@ class MavlinkNode(VesselNode):
     """
 
     NAME = "mavlink"
+    INTERFACE = """
+        subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
+        publishes      odom, applied_wrench, events
+        services       ~/stop, ~/rearm; it calls controller/enable
+    """
     PARAMETERS = MavlinkParameters
 
     def __init__(self, **options: Any) -> None:

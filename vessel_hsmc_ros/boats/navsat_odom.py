@@ -47,6 +47,11 @@ class NavsatOdometryNode(VesselNode):
     """
 
     NAME = "navsat_odom"
+    INTERFACE = """
+        subscribes to  fix; imu, heading or fix_2; fix_velocity, or course and speed
+        publishes      odom
+        services       fromLL, toLL where robot_localization is installed
+    """
     PARAMETERS = NavsatOdometryParameters
 
     def __init__(self, **options: Any) -> None:

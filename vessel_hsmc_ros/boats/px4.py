@@ -46,6 +46,11 @@ class Px4Node(VesselNode):
     """
 
     NAME = "px4"
+    INTERFACE = """
+        subscribes to  fmu/out/vehicle_odometry, fmu/out/vehicle_status; cmd_wrench, controller/state
+        publishes      odom, events, fmu/in/offboard_control_mode, fmu/in/rover_throttle_setpoint, fmu/in/rover_steering_setpoint
+        services       ~/stop, ~/rearm; it calls controller/enable
+    """
     PARAMETERS = Px4Parameters
 
     def __init__(self, **options: Any) -> None:

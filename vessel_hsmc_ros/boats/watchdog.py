@@ -32,6 +32,11 @@ class WatchdogNode(VesselNode):
     """
 
     NAME = "watchdog"
+    INTERFACE = """
+        subscribes to  cmd_wrench, /diagnostics
+        publishes      watched_wrench
+        services       ~/stop, ~/rearm
+    """
     PARAMETERS = WatchdogParameters
 
     def __init__(self, **options: Any) -> None:

@@ -63,6 +63,9 @@ class Whole(type):
 class VesselNode(Node, metaclass=Whole):
     """Base of the package's nodes.
 
+    INTERFACE and OPTIONS are shown by `--help`: topics and services under names relative to the namespace, with ~ for the node's
+    own, and options of its own.
+
     A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
     `on_connected`. In lockstep, `stamp` is the simulated time of its latest step, ns, with which diagnostics are stamped.
     `command_line`: that of the node's process; its rules give the parameters. `options`: of rclpy's node.
@@ -72,6 +75,8 @@ class VesselNode(Node, metaclass=Whole):
     """
 
     NAME: ClassVar[str]
+    INTERFACE: ClassVar[str]
+    OPTIONS: ClassVar[str] = ""
     PARAMETERS: type
     POLL_PERIOD: ClassVar[float] = 0.0
     NICENESS: ClassVar[int] = 0

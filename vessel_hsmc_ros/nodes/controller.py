@@ -52,6 +52,13 @@ class ControllerNode(TimedNode):
     """
 
     NAME = "controller"
+    INTERFACE = """
+        subscribes to  odom, reference
+        publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
+        services       ~/enable, ~/reset, ~/stop, ~/rearm; of its lifecycle ~/change_state, ~/get_state, ~/get_available_states,
+                       ~/get_available_transitions, ~/get_transition_graph
+    """
+    OPTIONS = " [--law-file FILE]..."
     FIXED = frozenset(
         {
             "lockstep",

@@ -102,6 +102,10 @@ class FaultRelayNode(VesselNode):
     """
 
     NAME = RELAY
+    INTERFACE = """
+        subscribes to  the topics of the parameter topics
+        publishes      each of them below relayed/, events
+    """
     PARAMETERS = FaultRelayParameters
 
     def __init__(self, **options: Any) -> None:

@@ -50,6 +50,9 @@ class LiveNode(VesselNode):
     """
 
     NAME = "live"
+    INTERFACE = """
+        subscribes to  every topic of the run, and serves it to Foxglove
+    """
     PARAMETERS = LiveParameters
     NICENESS = WATCHER_NICENESS
     POLL_PERIOD = 0.01

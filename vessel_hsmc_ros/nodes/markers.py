@@ -29,6 +29,10 @@ class MarkerNode(VesselNode):
     """Publishes `markers`, `ship/path`, `reference/path`, and /tf where tf2_msgs is installed, in the frames of the odometry."""
 
     NAME = "markers"
+    INTERFACE = """
+        subscribes to  odom, reference/pose
+        publishes      markers, ship/path, reference/path, /tf
+    """
     PARAMETERS = MarkerParameters
     NICENESS = WATCHER_NICENESS
     POLL_PERIOD = 0.05

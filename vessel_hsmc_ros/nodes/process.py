@@ -163,59 +163,6 @@ def _work(node: VesselNode, running: Callable[[], bool]) -> int:
     return code
 
 
-INTERFACES = {
-    "vessel_sim": """\
-subscribes to  cmd_wrench, or thrusters/<name>/thrust and .../angle with actuators.kind = thrusters
-publishes      odom, applied_wrench, disturbance, dynamics/truth; odom/truth with sensor noise; events; /clock in lockstep
-services       ~/pause, ~/reset""",
-    "reference_ship": """\
-subscribes to  goal_pose or path, in these modes; /clock in lockstep
-publishes      reference, reference/pose, events
-services       ~/pause, ~/reset""",
-    "controller": """\
-subscribes to  odom, reference
-publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
-services       ~/enable, ~/reset, ~/stop, ~/rearm; of its lifecycle ~/change_state, ~/get_state, ~/get_available_states,
-               ~/get_available_transitions, ~/get_transition_graph""",
-    "thruster_allocation": """\
-subscribes to  cmd_wrench; odom, with rudders
-publishes      thrusters/<name>/thrust; thrusters/<name>/angle of azimuths and rudders; allocated_wrench, events;
-               thrusters/<name>/shaft_speed where its thrust coefficients are given
-services       ~/reset""",
-    "fault_relay": """\
-subscribes to  the topics of the parameter topics
-publishes      each of them below relayed/, events""",
-    "recorder": """\
-subscribes to  the topics of the parameters topics, all_topics and regex, and writes them into a bag""",
-    "markers": """\
-subscribes to  odom, reference/pose
-publishes      markers, ship/path, reference/path, /tf""",
-    "watchdog": """\
-subscribes to  cmd_wrench, /diagnostics
-publishes      watched_wrench
-services       ~/stop, ~/rearm""",
-    "navsat_odom": """\
-subscribes to  fix; imu, heading or fix_2; fix_velocity, or course and speed
-publishes      odom
-services       fromLL, toLL where robot_localization is installed""",
-    "drive": """\
-subscribes to  cmd_wrench; controller/state with the form cmd_vel
-publishes      normalised_wrench, cmd_vel, or throttle and steering, by its form
-services       ~/stop, ~/rearm""",
-    "mavlink": """\
-subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
-publishes      odom, applied_wrench, events
-services       ~/stop, ~/rearm; it calls controller/enable""",
-    "px4": """\
-subscribes to  fmu/out/vehicle_odometry, fmu/out/vehicle_status; cmd_wrench, controller/state
-publishes      odom, events, fmu/in/offboard_control_mode, fmu/in/rover_throttle_setpoint, fmu/in/rover_steering_setpoint
-services       ~/stop, ~/rearm; it calls controller/enable""",
-    "live": """\
-subscribes to  every topic of the run, and serves it to Foxglove""",
-}
-"""The topics and services of each node. Names are relative to its namespace; ~ stands for the node's own name."""
-
-OWN_OPTIONS = {"controller": " [--law-file FILE]..."}  # options of a node's own
 HELP_WIDTH = 110
 
 HELP = """\
@@ -245,9 +192,9 @@ def help_text(node_class: Any) -> str:
     example = next((entry for entry in entries.values() if entry.tunable), next(iter(entries.values())))
     return HELP.format(
         executable=program.executable,
-        options=OWN_OPTIONS.get(node_class.NAME, ""),
+        options=node_class.OPTIONS,
         description=inspect.getdoc(node_class),
-        interface=_indented(INTERFACES[node_class.NAME]),
+        interface=_indented(inspect.cleandoc(node_class.INTERFACE)),
         node=node_class.NAME,
         name=example.name,
         value=_shown(example.default),

@@ -100,6 +100,9 @@ class RecorderNode(VesselNode):
     """
 
     NAME = "recorder"
+    INTERFACE = """
+        subscribes to  the topics of the parameters topics, all_topics and regex, and writes them into a bag
+    """
     PARAMETERS = RecorderParameters
     POLL_PERIOD = 0.05
 

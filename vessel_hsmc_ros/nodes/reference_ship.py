@@ -105,6 +105,11 @@ class ReferenceShipNode(VesselNode):
     """
 
     NAME = "reference_ship"
+    INTERFACE = """
+        subscribes to  goal_pose or path, in these modes; /clock in lockstep
+        publishes      reference, reference/pose, events
+        services       ~/pause, ~/reset
+    """
     PARAMETERS = ReferenceParameters
 
     def __init__(self, **options: Any) -> None:
