@@ -187,5 +187,6 @@ $(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
 	@touch $@
 
 $(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml
+	@rm -rf vessel_hsmc_ros.egg-info # of a build in this folder: it would hide the laws that the package registers
 	$(INSTALL) "Installing the package" --no-deps --no-build-isolation --editable .
 	@touch $@

@@ -8,8 +8,6 @@ are right to 1e-6. Away from the datum north is not along y but turned by the co
 import math
 from typing import NamedTuple
 
-from geographiclib.geodesic import Geodesic
-
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import TURN
 
@@ -42,11 +40,15 @@ class Plane:
                 f"datum {latitude}, {longitude} is not allowed: it takes a latitude within -90 and 90 degrees, without the poles,"
                 " and a longitude within -360 and 360"
             )
-        self.latitude, self.longitude = latitude, longitude
+        from geographiclib.geodesic import Geodesic  # here: the command shows its help without the libraries of its verbs
+
+        self.latitude, self.longitude, self._earth = latitude, longitude, Geodesic.WGS84
 
     def place(self, latitude: float, longitude: float) -> Place:
         """Where a latitude and a longitude are, degrees."""
-        found = Geodesic.WGS84.Inverse(self.latitude, self.longitude, latitude, longitude, Geodesic.DISTANCE | Geodesic.AZIMUTH)
+        found = self._earth.Inverse(
+            self.latitude, self.longitude, latitude, longitude, self._earth.DISTANCE | self._earth.AZIMUTH
+        )
         s, azimuth = found["s12"], math.radians(found["azi1"])
         return Place(
             s * math.sin(azimuth), s * math.cos(azimuth), math.remainder(math.radians(found["azi2"] - found["azi1"]), TURN)
@@ -54,13 +56,13 @@ class Plane:
 
     def distance(self, latitude: float, longitude: float) -> float:
         """Distance from the datum to a place, m."""
-        return float(Geodesic.WGS84.Inverse(self.latitude, self.longitude, latitude, longitude, Geodesic.DISTANCE)["s12"])
+        return float(self._earth.Inverse(self.latitude, self.longitude, latitude, longitude, self._earth.DISTANCE)["s12"])
 
     def coordinates(self, x: float, y: float) -> tuple[float, float]:
         """Latitude and longitude, degrees, of a place x, y, m."""
         azimuth = math.degrees(math.atan2(x, y))
-        found = Geodesic.WGS84.Direct(
-            self.latitude, self.longitude, azimuth, math.hypot(x, y), Geodesic.LATITUDE | Geodesic.LONGITUDE
+        found = self._earth.Direct(
+            self.latitude, self.longitude, azimuth, math.hypot(x, y), self._earth.LATITUDE | self._earth.LONGITUDE
         )
         return found["lat2"], found["lon2"]
 

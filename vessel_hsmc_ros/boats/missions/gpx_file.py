@@ -7,9 +7,6 @@ recording, and not sailed again.
 from typing import Any
 from xml.etree.ElementTree import Element, ParseError
 
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import fromstring
-
 from vessel_hsmc_ros.boats.missions.mission import KNOT, MAX_POINTS, Mission, MissionPoint, Refused, Source
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
@@ -20,6 +17,9 @@ def read_gpx(content: bytes, source: Source, route: str | None = None) -> Missio
     `route`: name of the route; None for the only one. Raises ScenarioError if it is not GPX, has no such route, or a position
     is no number or out of range.
     """
+    from defusedxml import DefusedXmlException  # here: the command shows its help without the libraries of its verbs
+    from defusedxml.ElementTree import fromstring
+
     try:
         root = fromstring(content)
     except DefusedXmlException as error:
