@@ -133,14 +133,15 @@ def test_simulate_warns_of_a_part_of_a_hull_on_standard_error(tmp_path: Path) ->
     assert result.stderr.count("warning: ") == 3
 
 
-def test_the_commands_of_the_page_on_ones_own_ship_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = (Path(__file__).parents[2] / "docs" / "own_ship.md").read_text(encoding="utf-8")
+def test_the_commands_of_the_page_on_ones_own_vessel_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "own_vessel.md").read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    (arguments,) = re.findall(r"^vessel-hsmc (init .*)$", page, re.MULTILINE)
+    (arguments,) = re.findall(r"^vessel-hsmc (init my_boat .*)$", page, re.MULTILINE)
     call(*arguments.split())
-    ((scenario, changes),) = re.findall(r"^vessel-hsmc run (\S+) --set (\S+)", page, re.MULTILINE)
-    loaded = load_scenario(scenario, parse_changes([changes, "vessel.surge_inertia=550"]))
-    assert (loaded.reference_ship.circle.radius, loaded.reference_ship.circle.speed) == (20.0, 1.0)
+    scenario = "./my_boat.yaml"
+    for change in re.findall(r"`--set (\S+=\d+)`", page):
+        load_scenario(scenario, parse_changes([change]))
+    assert load_scenario(scenario).reference_ship.circle.radius == 20.0
     for mode in re.findall(r"`(?:reference_ship\.mode=)?(figure_eight|square|straight|lawnmower|goal)`", page):
         load_scenario(scenario, {"reference_ship.mode": mode})
 

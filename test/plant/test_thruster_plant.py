@@ -114,7 +114,7 @@ def test_an_azimuth_turns_the_shorter_way_round_and_a_rudder_up_to_its_limit(sid
 
 
 def test_the_flow_at_a_rudder_is_that_through_the_water() -> None:
-    """A ship that drifts with the current has no flow at her rudder, whatever her heading."""
+    """A ship that drifts with the current has no flow at its rudder, whatever its heading."""
     for psi in (0.0, 2.0, -1.1):
         east, north = 1.5 * math.cos(psi), 1.5 * math.sin(psi)
         with_current = {

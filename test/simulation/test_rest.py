@@ -31,7 +31,7 @@ def test_every_vessel_but_the_non_minimum_phase_ones_comes_to_rest_in_calm_water
 
 @pytest.mark.parametrize("name", MINIMUM_PHASE)
 def test_they_come_to_rest_within_a_fortieth_of_their_length_in_a_current(name: str) -> None:
-    """An integral of the error that has grown too large far from the point is unloaded: else it keeps her away for ever."""
+    """An integral of the error that has grown too large far from the point is unloaded: else it keeps the ship away."""
     scenario, length = rest_of_the_library(name)
     current = {"vessel_sim.disturbance.current.north": 0.03 * math.sqrt(GRAVITY * length)}
     assert error_at_rest(scenario.changed(current)) < 0.025 * length

@@ -81,7 +81,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     fastest = max(speeds, default=speed)
     slow = _resting(motion, AT_REST, fastest, ship.limits)
     points = _needed(waypoints, motion, slow, fastest, ship)
-    # A ship under way returns to a path of no waypoint but where she is.
+    # A ship under way returns to a path of no waypoint but where it is.
     parts = _parts(points if points or slow else waypoints[-1:])
     pieces: list[PathPiece] = []
     required = _required_time(complex(motion.x, motion.y), points, ship.limits.acceleration)

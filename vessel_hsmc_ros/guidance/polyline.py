@@ -60,7 +60,7 @@ Planned = tuple[list[Element], list[Section]]
 
 
 def fitted_turning(speed: float, ship: Ship) -> Turning:
-    """The turn of the ship's corners at a speed, or slower where she needs it.
+    """The turn of the ship's corners at a speed, or slower where the ship needs it.
 
     Raises ParameterError if there is none within the limits; the message contains what would do.
     """

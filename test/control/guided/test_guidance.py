@@ -138,7 +138,7 @@ def test_at_rest_the_ship_follows_a_turn_on_the_spot_by_the_short_way_and_else_k
 @pytest.mark.parametrize("turn", [0.0, 0.1])
 @pytest.mark.parametrize("force", [0.02, -0.02])
 def test_the_drift_angle_ends_where_the_forces_across_the_hull_are_in_balance(way: float, turn: float, force: float) -> None:
-    """A force to port moves the ship to port through the water, whether she goes ahead or astern."""
+    """A force to port moves the ship to port through the water, whether it goes ahead or astern."""
     a, kappa, W, beta = 0.6, 0.5, 0.3, 0.0
     sailed = Track(W, 0.0, 0.0, turn, way, 0.0, way * W, 0.0, 0.0, NONE)
     for _ in range(2000):
@@ -151,7 +151,7 @@ def test_the_drift_angle_ends_where_the_forces_across_the_hull_are_in_balance(wa
 
 @given(st.floats(0.01, 0.3), st.floats(-math.pi, math.pi), st.floats(0.05, 5.0))
 def test_the_approach_to_a_point_at_rest_is_slower_than_the_drift_decays(away: float, side: float, settling: float) -> None:
-    """Of a ship that rests off the point, near and heading for it or not: beyond that rate she would circle it."""
+    """Of a ship that rests off the point, near and heading for it or not: beyond that rate the ship would circle it."""
     ship = Motion(-away * math.cos(side), -away * math.sin(side), 0.0, 0.0, 0.0, 0.0)
     goal = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     found = track(ship, goal, STEADY, 0.0, 0.0, NONE, 0.5, settling, GAINS)

@@ -41,7 +41,7 @@ def test_a_ship_on_its_reference_is_commanded_to_go_on_whichever_input_is_later(
     """Ship and reference are predicted over one time: over unlike times they would be metres apart."""
     law, moving = controller(**known), Motion(0.0, 0.0, 0.3, speed, 0.0, 0.0)
     _, terms = law.step(moving, moving, STEADY)
-    # Damping is expected to take some of her way until the command arrives.
+    # Damping is expected to take some of its way until the command arrives.
     assert terms.commanded_surge_velocity == pytest.approx(speed, abs=0.02)
     assert terms.commanded_heading == pytest.approx(0.3, abs=1e-9)
 

@@ -1,1 +1,1 @@
-"""The guided law: one Kalman filter of the ship in the water, and one regulator of her course and distance from the track."""
+"""The guided law: one Kalman filter of the ship in the water, and one regulator of its course and distance from the track."""

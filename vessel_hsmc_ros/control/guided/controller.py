@@ -184,8 +184,8 @@ def ahead(motion: Motion, lever: float, n_1: int, n_2: int, m: Memory, g: Gains)
 def turn(t: Track, ship: Motion, of_reference: tuple[float, float], c_n: float, lever: float, m: Memory, g: Gains) -> Turn:
     """The yaw acceleration of the track.
 
-    `ship`: the motion of her controlled point. `of_reference`: yaw rate r_d of the reference, and its rate of change. `lever`:
-    distance of the pivot ahead of that point. `c_n`: current across her hull.
+    `ship`: the motion of its controlled point. `of_reference`: yaw rate r_d of the reference, and its rate of change. `lever`:
+    distance of the pivot ahead of that point. `c_n`: current across its hull.
     """
     a, K, q, psi, (r_d, dr_d) = math.exp(float(m.x[LN_A])), m.K, g.q, ship.psi, of_reference
     kappa, v_p = float(m.x[KAPPA]) - a * g.x_d / t.W, ship.v + lever * ship.r

@@ -1,4 +1,4 @@
-"""The extended Kalman filter of the guided law: what the ship does, what acts on her, and the water that carries her.
+"""The extended Kalman filter of the guided law: what the ship does, what acts on it, and the water that carries it.
 
 | symbol | meaning | unit |
 |---|---|---|

@@ -1,9 +1,9 @@
-"""Guidance of the guided law: the course, turn and surge velocity through the water that bring the ship to her reference.
+"""Guidance of the guided law: the course, turn and surge velocity through the water that bring the ship to its reference.
 
 | symbol | meaning | unit |
 |---|---|---|
 | p, p_d, e | positions of ship and reference, p - p_d | L |
-| w_d, w_t | velocity of the reference over ground, and that which the ship is to have along her hull | L/T |
+| w_d, w_t | velocity of the reference over ground, and the velocity that the ship is to have along its hull | L/T |
 | c | estimated current | L/T |
 | W, chi | speed and course through the water of the track | L/T, rad |
 | e_c | distance of the ship to port of the track | L |
@@ -14,7 +14,7 @@
 | psi_s, r_s | heading and yaw rate of the track, chi - beta | rad, 1/T |
 
 Its turn is that of this velocity, with the velocity that the ship has: so the course loses no time on the way to a reference that
-turns, which she would otherwise follow for ever on a smaller circle.
+turns, which it would otherwise follow indefinitely on a smaller circle.
 
 Through the water the track has the velocity w_d - xi - c - b·k·e. Near a reference that moves through the water, b = 0:
 course and turn are those of the reference, and the regulator closes the distance e_c. Far from it, or where a reference at rest
@@ -37,7 +37,7 @@ ASTERN = 0.004
 """Speed astern, L/T, from which a reference that moves astern over ground and through the water is followed astern."""
 
 SLOWEST = 0.011
-"""Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps her heading."""
+"""Least speed of the track through the water, L/T: the rest is along the hull, so that a ship at rest keeps its heading."""
 
 TURNING = 0.05  # yaw rate of a reference at rest, 1/T, at which half of the way to its heading is followed
 LARGEST_TURN = 2.0  # largest turn that is fed forward, 1/T
@@ -50,8 +50,8 @@ OVER_EARTH = 1.4, 0.03
 
 LEAN = 0.1  # shortest time constant, in terms of 1/a, in which the drift takes part in a turn
 AT_REST = 0.35
-"""Largest rate of the approach to a point at rest, in terms of a/kappa: a ship that comes faster than her drift decays circles it
-for ever."""
+"""Largest rate of the approach to a point at rest, in terms of a/kappa: a ship that comes faster than its drift decays ends up
+circling it."""
 
 STEEPEST = 0.8  # sine of the largest drift angle
 STATION_SPEED = 0.12  # velocity command, L/T, at which a ship whose pivot is ahead is half under way and half keeps station
@@ -69,7 +69,7 @@ class Integrals(NamedTuple):
 
 
 class Track(NamedTuple):
-    """Speed, course and turn of the track, and what the ship has to do along her hull."""
+    """Speed, course and turn of the track, and what the ship has to do along its hull."""
 
     # W, chi: speed and course through the water
     W: float
@@ -117,9 +117,9 @@ def track(
 ) -> Track:
     """The track of a ship.
 
-    `ship`: the motion of her controlled point, over ground. `goal`, `acceleration`: the reference, and the derivatives of its
+    `ship`: the motion of its controlled point, over ground. `goal`, `acceleration`: the reference, and the derivatives of its
     body velocities. `slope`: angle by which the regulator approaches the track per distance from it, K_e/K_psi, rad/L.
-    `settling`: rate at which the drift of her turns decays, a/kappa.
+    `settling`: rate at which the drift of its turns decays, a/kappa.
     """
     e_x, e_y = ship.x - goal.x, ship.y - goal.y
     distance = magnitude(e_x, e_y)
@@ -136,7 +136,7 @@ def track(
     along = Wx * math.cos(goal.psi) + Wy * math.sin(goal.psi)
     way = -1.0 if max(goal.u, along) < -ASTERN and far < 0.5 else 1.0
     missing = way * max(0.0, SLOWEST - magnitude(Bx, By))
-    # She follows the reference as it turns on the spot, and else keeps the heading at which she rests.
+    # The ship follows a reference that turns on the spot, and else keeps the heading at which it rests.
     turning = goal.r * goal.r / (goal.r * goal.r + TURNING * TURNING)
     heading = ship.psi + turning * math.remainder(goal.psi - ship.psi, TURN)
     Bx, By = Bx + missing * math.cos(heading), By + missing * math.sin(heading)
@@ -146,7 +146,7 @@ def track(
     dchi = square / (square + 1e-4) * clip((Bx * dBy - By * dBx) / max(of_B, 1e-4), LARGEST_TURN)
     growth = (1.0 - far) * square / (square + 1e-4) * clip((Wx * ax + Wy * ay) / W, LARGEST_TURN)
     e_c = (1.0 - far) * to_body(e_x, e_y, chi)[1]
-    # The velocity along the hull closes the whole error; a point at rest abeam has to come ahead of her first.
+    # The velocity along the hull closes the whole error; a point at rest abeam has to come ahead of the hull first.
     v_t, v_n = to_body(vx, vy, ship.psi)
     e_t, e_n = to_body(e_x, e_y, ship.psi)
     k_t = k * (1.0 - (1.0 - moving) * e_n * e_n / max(distance * distance, 1e-18))
@@ -200,11 +200,11 @@ def drift_in_turn(beta: float, t: Track, a: float, kappa: float, f_v: float, h: 
 
 @kernel
 def on_the_spot(t: Track, v_p: float, a: float, lever: float, x: Array, g: Gains) -> tuple[float, float]:
-    """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which she does.
+    """How far a ship whose pivot is ahead keeps station, from 0 to 1, and the yaw rate at which it does.
 
-    Her moment moves the controlled point to the side from which she turns, so she turns to the side to which she drifts: r =
+    The moment moves the controlled point sideways, opposite to the turn. So the ship turns to the side to which it drifts: r =
     (v_p - w_n)/(x + rho) moves the point rho behind it across the hull at w_n, and the stern comes into wind and current.
-    There, rho > kappa·|c|/a keeps her from oscillating, because m11·u·r carries her to the other side first. `v_p`: sway
+    There, rho > kappa·|c|/a keeps it from oscillating, because m11·u·r carries it to the other side first. `v_p`: sway
     velocity of the pivot, over ground. `a`: decay rate of the sway. `lever`: distance x of the pivot ahead of the controlled
     point.
     """

@@ -62,7 +62,7 @@ def number(default: float, description: str, unit: str, symbol: str, high: float
 
 @dataclass(frozen=True)
 class GuidedParameters:
-    """Numbers of the law in units of the ship's length L and of the time T of her turns."""
+    """Numbers of the law in units of the ship's length L and of the time T of its turns."""
 
     cross_track: float = number(0.04, "Distance from the track that is worth the full yaw moment.", "L", "e_0")
     turn_rate: float = number(0.4, "Error of the yaw rate that is worth the full yaw moment.", "1/T", "r_0")
@@ -89,8 +89,8 @@ class GuidedParameters:
     )
     actuator_identification: bool = parameter(
         True,
-        "Whether lag, dead time and rate of the actuators are identified while the ship turns, and take the place of the declared"
-        " ones where these do not explain her motion.",
+        "Whether lag, dead time and rate of the actuators are identified while the ship turns, and replace the declared"
+        " ones where these do not explain its motion.",
     )
 
 

@@ -1,8 +1,8 @@
-"""The linear-quadratic regulator of a ship's distance from her track, heading, sway velocity and yaw rate.
+"""The linear-quadratic regulator of a ship's distance from its track, heading, sway velocity and yaw rate.
 
 | symbol | meaning | unit |
 |---|---|---|
-| e | distance of the ship to port of her track | L |
+| e | distance of the ship to port of its track | L |
 | psi, v, r | heading, sway velocity and yaw rate beyond those of the track | rad, L/T, 1/T |
 | W | speed through the water | L/T |
 | a, kappa | decay rate of the sway, and its growth per surge velocity and yaw rate | 1/T, - |
@@ -10,7 +10,7 @@
 
     de = W·psi + v,   dpsi = r,   dv = -a·v - kappa·W·r,   dr = alpha,   minimise the integral of (e/e_0)² + (r/r_0)² + alpha²
 
-From alpha to e this hull has a zero at -a/(1 - kappa): where kappa > 1 her course is non-minimum phase, and no gain can make her
+From alpha to e this hull has a zero at -a/(1 - kappa): where kappa > 1 its course is non-minimum phase, and no gain can make it
 faster than that zero. Where lateral damping has its centre x_d behind the pivot, kappa is less by a·x_d/W. The Riccati equation
 knows it; with instant actuators its loop has an infinite gain margin and a phase margin of 60 degrees (R. E. Kalman,
 When is a linear control system optimal?, Journal of Basic Engineering 86, 1964).

@@ -1,4 +1,4 @@
-"""Identification of the actuators from the ship's own turns: which lag, dead time and rate explain how she turns.
+"""Identification of the actuators from the ship's own turns: which lag, dead time and rate explain how it turns.
 
 | symbol | meaning | unit |
 |---|---|---|

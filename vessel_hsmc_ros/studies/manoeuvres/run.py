@@ -1,4 +1,4 @@
-"""The manoeuvres of a ship: their scenarios in her own units of time, simulated offline on the compiled loop, and evaluated."""
+"""The manoeuvres of a ship: their scenarios in its own units of time, simulated offline on the compiled loop, and evaluated."""
 
 import math
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""The tutorial from the data of a boat to the law that steers it: each of its commands works, one after the other."""
+"""The page from the data of a boat to the law that steers it: each of its commands works, one after the other."""
 
 import json
 import re
@@ -8,7 +8,7 @@ import pytest
 import yaml
 from harness import exit_code, run_folder
 
-PAGE = (Path(__file__).parents[2] / "docs" / "own_boat.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "own_vessel.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.long
