@@ -34,9 +34,9 @@ def test_no_thrust_is_neutral_and_thrusts_beyond_the_measured_ones_are_limited()
         ({"curve_thrusts": (50.0, -40.0)}, "finite numbers that increase"),
         ({"curve_pulses": (1510.0, 1900.0)}, "-40 N at 1510 µs is not allowed: outside 1475 to 1525 µs"),
         ({"curve_pulses": (1600.0, 1900.0)}, "a shorter one astern"),
-        ({"reversed": (0.5,)}, "it takes 1 or -1"),
-        ({"thrusters": ("port", "port")}, r"drive.pwm.thrusters = \['port', 'port'\] is not allowed: it takes each name once"),
-        ({"reversed": (1.0, 1.0, 1.0)}, "one or 2 of them"),
+        ({"reversed": (0.5,)}, "values of 1 or -1"),
+        ({"thrusters": ("port", "port")}, r"drive.pwm.thrusters must name each thruster once \(got \['port', 'port'\]\)"),
+        ({"reversed": (1.0, 1.0, 1.0)}, "one or 2 values of 1 or -1"),
     ],
 )
 def test_what_is_no_curve_is_refused(changes: dict[str, tuple[float, ...]], allowed: str) -> None:

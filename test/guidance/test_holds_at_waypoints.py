@@ -92,6 +92,6 @@ def test_a_heading_where_the_vessel_does_not_stop_is_refused() -> None:
 
 @pytest.mark.parametrize("name", ["holds", "headings"])
 def test_a_list_of_another_length_than_the_waypoints_is_refused(name: str) -> None:
-    with pytest.raises(ParameterError, match=rf"path.{name} with 2 values is not allowed: it takes one, or 3 for 3 waypoints"):
+    with pytest.raises(ParameterError, match=rf"path.{name} must have one value, or 3 for 3 waypoints \(got 2\)"):
         reference_of(**{f"path__{name}": [0.0, 0.0]})
     assert math.isfinite(build(ReferenceShipParameters, {}, "reference_ship").path.time)

@@ -41,11 +41,10 @@ class PulseParameters:
     def __post_init__(self) -> None:
         self.curve()
         if len(set(self.thrusters)) < len(self.thrusters):
-            raise ParameterError(f"drive.pwm.thrusters = {list(self.thrusters)} is not allowed: it takes each name once")
+            raise ParameterError(f"drive.pwm.thrusters must name each thruster once (got {list(self.thrusters)})")
         if len(self.reversed) not in (1, len(self.thrusters)) or any(abs(sign) != 1.0 for sign in self.reversed):
             raise ParameterError(
-                f"drive.pwm.reversed = {list(self.reversed)} is not allowed: it takes 1 or -1,"
-                f" one or {len(self.thrusters)} of them"
+                f"drive.pwm.reversed must be one or {len(self.thrusters)} values of 1 or -1 (got {list(self.reversed)})"
             )
 
     def curve(self) -> ThrustCurve:
@@ -108,9 +107,7 @@ class NavsatOdometryParameters(CommonParameters):
     def __post_init__(self) -> None:
         """Check the datum, of which there are two numbers or none. Raises ParameterError if there is another number of them."""
         if len(self.datum) not in (0, 2) or not all(map(math.isfinite, self.datum)):
-            raise ParameterError(
-                f"navsat_odom.datum = {list(self.datum)} is not allowed: it takes latitude and longitude, or none"
-            )
+            raise ParameterError(f"navsat_odom.datum must be a latitude and a longitude, or empty (got {list(self.datum)})")
 
 
 FORMS = ("normalised", "cmd_vel", "helm", "pwm")
@@ -162,7 +159,7 @@ class DriveParameters(CommonParameters):
     def __post_init__(self) -> None:
         """Check the sign. Raises ParameterError if it is neither 1 nor -1."""
         if abs(self.steering_sign) != 1.0:
-            raise ParameterError(f"drive.steering_sign = {self.steering_sign:g} is not allowed: it takes 1 or -1")
+            raise ParameterError(f"drive.steering_sign must be 1 or -1 (got {self.steering_sign:g})")
 
 
 def passed_on(what: str, unit: str) -> float:

@@ -90,5 +90,5 @@ def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
 
 def _each(name: str, values: Sequence[Any], n: int) -> Sequence[Any]:
     if len(values) not in (1, n):
-        raise ParameterError(f"{PATH}.{name} with {len(values)} values is not allowed: it takes one, or {n} for {n} waypoints")
+        raise ParameterError(f"{PATH}.{name} must have one value, or {n} for {n} waypoints (got {len(values)})")
     return values if len(values) == n else list(values) * n

@@ -100,7 +100,7 @@ class Connections:
             return ""
         topic = publisher.topic_name
         infos = self._node.get_subscriptions_info_by_topic(topic)
-        # An incompatible subscriber is never connected: waiting for it would block the start for ever.
+        # An incompatible subscriber is never connected: waiting for it would always block the start.
         readers = [info for info in infos if qos.compatible(publisher.qos_profile, info.qos_profile)]
         writers = [info for partner in partners for info in self._node.get_publishers_info_by_topic(partner)]
         if partners and not set(map(_node_of, writers)) & set(map(_node_of, readers)):

@@ -63,7 +63,7 @@ class ParameterCollector:
                 self._request(full)
 
     def _may_answer(self, full: str, name: str, namespace: str) -> bool:
-        """Whether a node is new, or offers its parameters by the graph: a client costs every process some memory for ever.
+        """Whether a node is new, or offers its parameters by the graph: a client costs every process some memory until it ends.
 
         The clients of the first try prepare the others: a node's answer waits until it has discovered the client.
         """

@@ -82,7 +82,7 @@ def newest(lockstep: bool) -> QoSProfile:
     """The profile of a subscription of which only the newest message counts; lossless in lockstep.
 
     A node on a busy machine may process messages no faster than they come. The oldest message of a full queue then is as old as
-    the queue is long: with 100 messages at 100 Hz older than a time-out, so that every one would be refused, for ever.
+    the queue is long: with 100 messages at 100 Hz older than a time-out, so that every one would always be refused.
     """
     return LOSSLESS if lockstep else NEWEST
 

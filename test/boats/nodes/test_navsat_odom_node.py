@@ -203,5 +203,5 @@ def test_a_fix_that_cannot_be_used_is_named(bench: Any, fields: dict[str, Any], 
 def test_a_datum_of_one_number_is_an_error() -> None:
     from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
 
-    with pytest.raises(ParameterError, match="latitude and longitude, or none"):
+    with pytest.raises(ParameterError, match="latitude and a longitude, or empty"):
         NavsatOdometryParameters(datum=(59.0,))

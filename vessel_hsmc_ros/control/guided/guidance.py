@@ -168,7 +168,7 @@ def integrated(
     In a turn, what is constant over the earth, such as an error of the current, turns through the axes of the reference, where
     an integral cannot follow it: so there is one over the earth as well. On a straight track both would be the same, so it
     rests there, and what no turn shows returns to zero at the rate w_0. Far away no integral grows, but each is unloaded: one
-    that stood still there would keep the ship away for ever. `turning`: share in which the reference turns, from 0 to 1.
+    that stood still there would always keep the ship away. `turning`: share in which the reference turns, from 0 to 1.
     """
     square = e_x * e_x + e_y * e_y
     near = square / (OVER_EARTH[1] * OVER_EARTH[1])

@@ -144,8 +144,8 @@ def run_campaign(
         folder: The folder of the results; `runs/<name>_campaign` by default.
         workers: Number of processes; None for one per core.
         scheduler: Address of a Dask scheduler, such as tcp://host:8786, whose workers then compute the chunks.
-        runs: Number of draws in the place of that of the file. A larger one extends a campaign that is not a Latin hypercube.
-        seed: Seed in the place of that of the file, which makes it another campaign.
+        runs: Number of draws instead of the file's number. A larger one extends a campaign that is not a Latin hypercube.
+        seed: Seed instead of the file's seed, which makes it another campaign.
         on_progress: Called several times a second with the number of runs done and their total number.
 
     Returns:

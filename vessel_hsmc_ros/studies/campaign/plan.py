@@ -53,7 +53,7 @@ class Campaign(CampaignFile):
         """Read and check a campaign.
 
         `path`: a campaign of the package, such as `far_starts`; a YAML file; or the folder of a campaign that was run. `runs`:
-        number of draws in the place of that of the file. `seed`: seed in the place of that of the file; not of a folder, whose
+        number of draws instead of the file's number. `seed`: seed instead of the file's seed; not of a folder, whose
         rows have theirs.
 
         Raises:

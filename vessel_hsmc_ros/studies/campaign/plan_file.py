@@ -62,7 +62,7 @@ class CampaignFile:
     def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
         """Make a campaign from its texts.
 
-        `runs`: number of draws in the place of that of the file. Raises ScenarioError if the file or the scenario is malformed;
+        `runs`: number of draws instead of the file's number. Raises ScenarioError if the file or the scenario is malformed;
         ParameterError if a parameter, distribution, limit or law is not allowed.
         """
         try:

@@ -12,7 +12,7 @@ fail, the cost is
 
     J = (1 + Q·f)·exp(mean(log q_i))
 
-or with the worst ratio, max(q_i), in the place of the geometric mean.
+or with the worst ratio, max(q_i), instead of the geometric mean.
 """
 
 import hashlib
