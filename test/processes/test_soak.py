@@ -1,4 +1,4 @@
-"""A short soak: half a minute of ship time, and what the evaluation of a soak finds."""
+"""A short soak: two minutes of ship time, and what the evaluation of a soak finds."""
 
 import importlib.util
 import subprocess
@@ -22,10 +22,10 @@ def soak() -> Any:
 
 
 @pytest.mark.long
-def test_over_half_a_minute_of_ship_time_no_node_grows_misses_a_period_or_loses_a_message(tmp_path: Path) -> None:
-    """The bound is generous, as the run is shorter than its warm-up; a queue that is never emptied exceeds it nevertheless."""
+def test_over_two_minutes_of_ship_time_no_node_grows_misses_a_period_or_loses_a_message(tmp_path: Path) -> None:
+    """The bound is generous, as the run is short; a queue that is never emptied exceeds it nevertheless."""
     picture = tmp_path / "soak.png"
-    command = [sys.executable, str(SOAK), "--duration", "30", "--growth", "10", "--picture", str(picture)]
+    command = [sys.executable, str(SOAK), "--duration", "120", "--growth", "10", "--picture", str(picture)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300.0, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
