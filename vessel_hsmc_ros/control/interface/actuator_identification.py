@@ -40,11 +40,12 @@ LAGS, DEAD_TIMES = (0.0, 0.06, 0.15, 0.3, 0.6), (0.0, 0.06, 0.14, 0.25, 0.4)
 TIMES_TO_FULL = 0.0, 0.3, 0.7, 1.2, 1.8, 2.6  # the models of the bank, in units of T
 INTERVAL = 0.05  # h in units of T
 BAND = 0.5, 4.0  # lower and upper corner of the band-pass filter, in 1/T: below, disturbances turn the ship; above, noise does
-MEMORY, FIRST = 15.0, 7.0  # theta, and the time before the first decision, in units of T
+MEMORY, FIRST = 15.0, 7.0  # theta, and the time from which RIGHT holds in full, in units of T
 QUIET = 0.006  # root mean square of x_i in 1/T², the yaw acceleration by the full moment, below which nothing is decided
 BETTER, WRONG, RIGHT = 0.7, 0.02, 0.4
 """Another model is taken if its J is below BETTER of the present one's, the present one's is above WRONG of the mean square of y,
-and its own below RIGHT of that."""
+and its own below RIGHT of that. Before FIRST its share has to be less by the square of the time: a wide turn at the start shows a
+quick actuator within a few T, and what noise explains by chance takes longer."""
 
 TRUSTED = 0.5, 0.03, 0.2  # the same where lag, rate and dead time of both inputs are declared
 INERTIA, DAMPING = (0.6, 1.6), 3.0  # range of b, and largest d in 1/T
@@ -243,12 +244,13 @@ def _decide(m: BankState, c: Bank) -> None:
     n, yy = m.numbers, m.measured[2, 0]
     present = m.models[c.used]
     excitation = present[5] * c.unit * c.unit * c.unit * c.unit
-    if n[INTERVALS] * c.h < FIRST * c.unit or excitation < QUIET * QUIET:
+    if excitation < QUIET * QUIET:
         return
     residual = unexplained(present, m.measured[2], c.unit)
     if residual < c.wrong * yy:
         return
-    least, best = min(c.better * residual, c.right * yy), c.used
+    early = min(n[INTERVALS] * c.h / (FIRST * c.unit), 1.0)
+    least, best = min(c.better * residual, early * early * c.right * yy), c.used
     for i in range(len(m.models)):
         J = unexplained(m.models[i], m.measured[2], c.unit)
         if least > J:
