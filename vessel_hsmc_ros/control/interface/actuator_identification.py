@@ -175,8 +175,8 @@ def _interval(m: BankState, c: Bank, psi: float, age: float) -> None:
     n[INTERVALS] += 1.0
     # The second difference of the heading is the mean acceleration of two intervals; so is x of each model.
     y, z = (turned - before) / (c.h * c.h), (turned + before) / (2.0 * c.h)
-    if n[INTERVALS] < 4.0:  # the first differences have no meaning
-        y, z = 0.0, 0.0
+    known = 0.0 if n[INTERVALS] < 4.0 else 1.0  # the first differences have no meaning, and what they answer is left out too
+    y, z = known * y, known * z
     y, z = _filtered(m.measured[0], 0, y, c), _filtered(m.measured[1], 0, z, c)
     mean = m.measured[2]
     mean[0] += c.forgotten * (y * y - mean[0])
@@ -188,21 +188,24 @@ def _interval(m: BankState, c: Bank, psi: float, age: float) -> None:
     )  # fmt: skip
     for i in range(len(m.models)):
         arriving = commands[(newest - int(late[i])) % len(commands)]
-        _advance(m.models[i], arriving, share[i], change[i], instant[i], y, z, c)
+        _advance(m.models[i], arriving, share[i], change[i], instant[i], known, y, z, c)
     _decide(m, c)
 
 
 @kernel
-def _advance(row: Array, arriving: float, share: float, change: float, instant: bool, y: float, z: float, c: Bank) -> None:
+def _advance(
+    row: Array, arriving: float, share: float, change: float, instant: bool, known: float, y: float, z: float, c: Bank
+) -> None:
     """Advance a model by an interval.
 
-    `row`: of the model, in place. `arriving`: the command that arrives, divided by the inertia.
+    `row`: of the model, in place. `arriving`: the command that arrives, divided by the inertia. `known`: 0 as
+    long as y and z are not known, otherwise 1.
     """
     before = row.tolist()
     last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
     a = last + clip(share * (arriving - last), change)
     mean = arriving if instant else 0.5 * (last + a)
-    x = _filtered(row, 2, 0.5 * (mean + mean_before), c)
+    x = _filtered(row, 2, known * 0.5 * (mean + mean_before), c)
     row[0], row[1] = a, mean
     row[5] = xx + c.forgotten * (x * x - xx)
     row[6] = xy + c.forgotten * (x * y - xy)
