@@ -45,7 +45,8 @@ QUIET = 0.006  # root mean square of x_i in 1/T², the yaw acceleration by the f
 BETTER, WRONG, RIGHT = 0.7, 0.02, 0.4
 """Another model is taken if its J is below BETTER of the present one's, the present one's is above WRONG of the mean square of y,
 and its own below RIGHT of that. Before FIRST its share has to be less by the square of the time: a wide turn at the start shows a
-quick actuator within a few T, and what noise explains by chance takes longer."""
+quick actuator within a few T, and what noise explains by chance takes longer. Where not all is declared, a model that leaves less
+than WRONG is taken too: however good the guess is, the law is slower as long as it is one."""
 
 TRUSTED = 0.5, 0.03, 0.2  # the same where lag, rate and dead time of both inputs are declared
 INERTIA, DAMPING = (0.6, 1.6), 3.0  # range of b, and largest d in 1/T
@@ -70,6 +71,7 @@ class Bank(NamedTuple):
     better: float
     wrong: float
     right: float
+    guessed: bool  # whether model 0 is not all declared
     used: int  # the model that the gains of the law are for; 0 is what is declared
 
 
@@ -135,6 +137,7 @@ def bank(vessel: KnownVessel, period: float) -> Bank:
         better=better,
         wrong=wrong,
         right=right,
+        guessed=not inputs.declared,
         used=0,
     )
 
@@ -250,10 +253,12 @@ def _decide(m: BankState, c: Bank) -> None:
     if excitation < QUIET * QUIET:
         return
     residual = unexplained(present, m.measured[2], c.unit)
-    if residual < c.wrong * yy:
+    guess = c.guessed and c.used == 0
+    if residual < c.wrong * yy and not guess:
         return
     early = min(n[INTERVALS] * c.h / (FIRST * c.unit), 1.0)
-    least, best = min(c.better * residual, early * early * c.right * yy), c.used
+    fraction = max(c.better * residual, c.wrong * yy) if guess else c.better * residual
+    least, best = min(fraction, early * early * c.right * yy), c.used
     for i in range(len(m.models)):
         J = unexplained(m.models[i], m.measured[2], c.unit)
         if least > J:
