@@ -10,7 +10,7 @@ from compiling import only_compiled
 from vessel_hsmc_ros.control.guided.controller import LONGEST_AGE, GuidedController
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.control.interface.actuator_identification import BEST, Bank, bank, first_state, grid, identify, with_model
-from vessel_hsmc_ros.control.interface.inputs import unit_time
+from vessel_hsmc_ros.control.interface.inputs import ASSUMED_LAG, unit_time
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law
@@ -73,6 +73,20 @@ def test_actuators_that_are_not_declared_are_found(lag: float, dead_time: float,
     assert number > 0
     assert found[0] + found[1] == pytest.approx(lag + dead_time, abs=0.11)
     assert found[2] == pytest.approx(full, abs=0.7)
+
+
+def test_a_wide_turn_at_the_start_shows_instant_actuators_at_once() -> None:
+    """What was commanded before the first turn was measured has no answer yet; it is no dead time."""
+    number = model_after(bank(UNDECLARED, PERIOD), 0.0, 0.0, 0.0, duration=1.0)
+    assert grid()[number - 1] == (0.0, 0.0, 0.0)
+    assert number > 0
+
+
+def test_a_guess_that_is_right_gives_way_to_a_model_as_good() -> None:
+    """The law is slower as long as its actuators are a guess."""
+    number = model_after(bank(UNDECLARED, PERIOD), ASSUMED_LAG, 0.0, 0.0)
+    assert number > 0
+    assert sum(grid()[number - 1][:2]) == pytest.approx(ASSUMED_LAG, abs=0.11)
 
 
 @pytest.mark.parametrize(("lag", "dead_time", "full"), ACTUATORS)

@@ -259,7 +259,7 @@ def _decide(m: BankState, c: Bank) -> None:
     early = min(n[INTERVALS] * c.h / (FIRST * c.unit), 1.0)
     fraction = max(c.better * residual, c.wrong * yy) if guess else c.better * residual
     least, best = min(fraction, early * early * c.right * yy), c.used
-    for i in range(len(m.models)):
+    for i in range(int(c.guessed), len(m.models)):
         J = unexplained(m.models[i], m.measured[2], c.unit)
         if least > J:
             least, best = J, i
