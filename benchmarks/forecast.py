@@ -30,11 +30,11 @@ def drawn_plan(random: np.random.Generator) -> Plan | None:
     text = scenario_text("boat", MainData(length=length, mass=8.0 * length**3 * random.uniform(0.6, 1.5), gps_noise=noise))
     boat = parse_scenario(text, "boat")
     scale, n = scale_of(boat.vessel_sim.vessel), int(random.integers(2, 5))
-    points = length * np.cumsum(random.uniform(8.0, 20.0, n) * np.exp(1j * np.cumsum(random.uniform(-2.0, 2.0, n))))
+    points = length * np.cumsum(random.uniform(6.0, 12.0, n) * np.exp(1j * np.cumsum(random.uniform(-2.0, 2.0, n))))
     path = {
         "mode": "path",
         "path.waypoints": [value for point in points.tolist() for value in (point.real, point.imag)],
-        "path.speeds": [float(random.uniform(0.2, 0.45)) * scale.U],
+        "path.speeds": [float(random.uniform(0.3, 0.45)) * scale.U],
     }
     wind = math.sqrt(random.uniform(0.0, WIND_SHARE) * scale.F / loads(length, 1.0)["wind_force"])
     current = random.uniform(0.0, CURRENT_SHARE) * scale.U

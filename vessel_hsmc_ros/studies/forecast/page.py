@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BINS, PLACES = 24, 160  # of a histogram, and along a leg at which its band is drawn
+SHOWN_RANGE = (0.01, 0.99)  # shares of the runs between which a histogram is drawn
 ROOM = 0.15  # around the plan and around a band, relative to their size
 UNITS = {"time": "s", "energy_wh": "W·h", "battery_left_wh": "W·h", "distance": "m"}
 NAMES = {
@@ -62,7 +63,7 @@ def table(found: Forecast) -> tuple[list[str], list[list[str]]]:
         course = (90.0 - math.degrees(leg.course)) % 360.0
         geometry = [quantity(abs(leg.end - leg.begin), "m"), f"{course:.0f}°", quantity(leg.speed, "m/s")]
         lines.append([str(leg.number + 1), *geometry, *(quantity(value, "m") for value in band(column))])
-    return ["leg", "length", "course", "speed", *(f"distance {each}" for each in BAND)], lines
+    return ["leg", "straight part", "course", "speed", *(f"distance {each}" for each in BAND)], lines
 
 
 def write(folder: Path, found: Forecast) -> dict[str, Path]:
@@ -182,8 +183,9 @@ def draw_distributions(found: Forecast, target: Path | BytesIO) -> None:
     }
     with figure(target, 11.0, 2.8) as picture:
         for axes, (name, values) in zip(picture.subplots(1, 3), columns.items(), strict=True):
-            if len(values):
-                axes.hist(values, bins=BINS, color=SHIP)
+            if len(values):  # outliers are counted in the outermost bins, where they leave room for the rest
+                low, high = np.quantile(values, SHOWN_RANGE)
+                axes.hist(np.clip(values, low, high), bins=BINS, color=SHIP)
             for value in band(values):
                 axes.axvline(value, color=INK, lw=1.0, ls="--")
             axes.set(xlabel=f"{NAMES[name]} [{UNITS[name]}]", ylabel="runs")
