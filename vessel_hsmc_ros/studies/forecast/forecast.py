@@ -213,8 +213,9 @@ def energy_of(time: Array, wrench: Array, scenario: Scenario) -> float:
     scale, thrusters = scale_of(vessel), vessel.thrusters.thrusters()
     # Rudders and azimuths turn without a difference of thrusts; where the propulsion is not declared, one is assumed.
     turning = vessel.thrusters.limits()[1] if thrusters else limits.yaw_moment_limit
-    differential = all(one.kind == FIXED for one in thrusters)
-    surge, yaw = wrench[:, 0] / limits.surge_force_limit, wrench[:, 1] * (differential / turning)
+    if any(one.kind != FIXED for one in thrusters):
+        turning = math.inf
+    surge, yaw = wrench[:, 0] / limits.surge_force_limit, wrench[:, 1] / turning
     full = vessel.power.full_thrust or scale.F * scale.U / EFFICIENCY
     power = electric_power(surge, yaw, full, vessel.power.other)
     return float(np.sum(0.5 * (power[1:] + power[:-1]) * np.diff(time))) / JOULES
