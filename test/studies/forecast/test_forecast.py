@@ -1,8 +1,10 @@
 """Forecasts: known answers of time and energy, what is infeasible, properties, and what a run is drawn from."""
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -43,7 +45,9 @@ def boat() -> Scenario:
     return parse_scenario(scenario_text("boat", BOAT), "boat")
 
 
-def plan(points: list[float], speed: float = 1.0, conditions: Conditions = CALM, **changes: object) -> Plan:
+def plan(
+    points: list[float], speed: float = 1.0, conditions: Conditions = CALM, changes: Mapping[str, object] = MappingProxyType({})
+) -> Plan:
     """A mission of the boat from the origin, along waypoints x, y."""
     path = {"mode": "path", "path.waypoints": points, "path.speeds": [speed]}
     values = {f"reference_ship.{name}": value for name, value in path.items()}
@@ -79,7 +83,7 @@ def test_a_corner_takes_the_time_of_its_arc_at_the_speed_of_the_legs(speed: floa
 
 
 def test_what_is_not_thrust_takes_its_power_all_the_time() -> None:
-    with_computer = mean_run(plan([60.0, 0.0], **{"vessel.power.other": 36.0}))
+    with_computer = mean_run(plan([60.0, 0.0], changes={"vessel.power.other": 36.0}))
     assert with_computer.energy - mean_run(plan([60.0, 0.0])).energy == pytest.approx(0.01 * with_computer.time, rel=1e-9)
 
 
@@ -150,8 +154,8 @@ def test_a_leg_stays_infeasible_in_a_stronger_cross_current(current: float, wind
 def test_a_hold_in_a_current_beyond_the_boats_thrust_is_infeasible() -> None:
     holding = {"reference_ship.path.holds": [0.0, 30.0]}
     strong = Conditions(current=2.3, current_to=90.0)
-    assert not any("hold" in line for line in why_infeasible(plan([40.0, 0.0, 40.0, 60.0], conditions=WINDY, **holding)))
-    assert any("a hold" in line for line in why_infeasible(plan([40.0, 0.0, 40.0, 60.0], conditions=strong, **holding)))
+    assert not any("hold" in line for line in why_infeasible(plan([40.0, 0.0, 40.0, 60.0], conditions=WINDY, changes=holding)))
+    assert any("a hold" in line for line in why_infeasible(plan([40.0, 0.0, 40.0, 60.0], conditions=strong, changes=holding)))
 
 
 def test_the_same_seed_gives_the_same_runs_on_one_core_and_on_several() -> None:
@@ -206,7 +210,7 @@ def test_runs_that_leave_the_corridor_or_empty_the_battery_fail_and_are_counted(
         "No: 0 of 20 runs do the mission in a wind of 6 m/s from 240° and a current of 0.3 m/s to 90°.",
         "20 of 20 runs: it strays more than 1 mm from leg 1",
     ]
-    flat = sail(Task(plan([40.0, 0.0], **{"vessel.power.battery_wh": 0.5}), 1, 0), print_nothing)
+    flat = sail(Task(plan([40.0, 0.0], changes={"vessel.power.battery_wh": 0.5}), 1, 0), print_nothing)
     assert flat.failure == "the battery of 0.5 W·h is empty before the end"
 
 
@@ -224,7 +228,7 @@ def test_a_survey_and_a_reference_that_waits_have_forecasts() -> None:
     small = {f"reference_ship.{name}": value for name, value in {**short, "lawnmower.run_in": 10.0}.items()}
     survey = mean_run(plan_of(boat().changed(small), CALM))
     assert (survey.failure, len(survey.worst)) == ("", 2)
-    waiting = plan([20.0, 0.0], **{"reference_ship.follow": "vessel"})
+    waiting = plan([20.0, 0.0], changes={"reference_ship.follow": "vessel"})
     on_time = mean_run(plan([20.0, 0.0])).time
     assert on_time < mean_run(waiting).time < 2.0 * on_time
 
@@ -245,6 +249,20 @@ def test_a_survey_and_a_reference_that_waits_have_forecasts() -> None:
 def test_what_cannot_be_forecast_is_refused(make: object, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         make()  # type: ignore[operator]
+
+
+def test_a_forecast_of_which_no_run_arrives_has_a_page_too(tmp_path: Path) -> None:
+    one = plan([40.0, 0.0])
+    nothing = Sailed(0, "it ends early: the motion diverges", math.nan, math.nan, np.full(1, math.nan), np.empty((0, 5)))
+    found = Forecast(one, 1, (nothing,) * 20)
+    assert "No: 0 of 20 runs" in write(tmp_path, found)["page"].read_text(encoding="utf-8")
+    assert [line[2] for line in overview(found)[1]] == ["–", "–", "–", "0 m"]
+
+
+def test_a_leg_that_its_corners_take_whole_is_judged_by_its_turn() -> None:
+    one = plan([60.0, 0.0, 60.0, 12.0, 0.0, 12.0], 1.5)
+    assert [leg.number for leg in one.legs] == [0, 1, 2]
+    assert np.isfinite(mean_run(one).worst).all()
 
 
 def test_the_page_has_the_answer_the_picture_and_a_line_for_each_leg(tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ NEAR = 0.5  # distance from its end within which the last waypoint is reached, i
 CORRIDOR = 2.0  # distance from the path beyond which a run fails, in lengths of the hull
 JUDGED_HZ = 5.0  # rate of the positions that are compared with the path
 TRACK_POINTS = 800  # largest number of positions of a run that are kept
+WAY = 5  # columns of the way of a run
 JOULES = 3600.0  # in a watt-hour
 WAITING = 2.0  # how much longer a run may take whose reference waits for its vessel
 
@@ -51,7 +52,8 @@ class Sailed(NamedTuple):
     """A run: why it failed, empty if it did not; what it took, NaN where it did not arrive; and its way.
 
     `time`: until the last waypoint, s. `energy`: until then, W·h. `worst`: largest distance from the path on each leg and in the
-    turn behind it, NaN for legs that it did not come to, (legs,) m. `way`: x, y, index of the leg, distance to port, (n, 4).
+    turn behind it, NaN for legs that it did not come to, (legs,) m. `way`: x, y, index of the leg, arc length along the plan as
+    in `Leg.way`, distance to port, (n, 5).
     """
 
     number: int
@@ -184,7 +186,7 @@ def sail(task: Task, progress: worker_pool.Progress) -> Sailed:
         run = simulate(scenario, lambda done, total: progress(done / total))
     except (ControlError, SimulationError, InstabilityError) as error:
         nothing = np.full(len(plan.legs), math.nan)
-        return Sailed(task.number, f"it ends early: {error}", math.nan, math.nan, nothing, np.empty((0, 4)))
+        return Sailed(task.number, f"it ends early: {error}", math.nan, math.nan, nothing, np.empty((0, WAY)))
     return evaluated(task.number, run, plan)
 
 
@@ -201,9 +203,19 @@ def evaluated(number: int, run: Run, plan: Plan) -> Sailed:
         time, energy = float(run.time[arrival]), energy_of(run.time[part], run.wrench[part], plan.scenario)
     places = {NO_LEG: NO_LEG, **{leg.number: index for index, leg in enumerate(plan.legs)}}
     index = np.array([places.get(leg, NO_LEG) for leg in errors.leg.tolist()], float)
-    way = np.column_stack((run.state[judged, :2], index, errors.cross))
+    arc = arc_lengths(plan.track, planned[judged]) + errors.along
+    way = np.column_stack((run.state[judged, :2], index, arc, errors.cross))
     every = -(-len(way) // TRACK_POINTS)
     return Sailed(number, _failure(arrival, worst, energy, plan), time, energy, worst, way[::every].copy())
+
+
+def arc_lengths(track: PlannedTrack, planned: Array) -> Array:
+    """Arc lengths of a plan since its last stop at its times, (n,) m; NaN where it stands."""
+    found = np.full(len(planned), math.nan)
+    for one in track.stretches:
+        at = (planned >= one.begin) & (planned < one.end)
+        found[at] = one.profile.at(planned[at] - one.begin)[0]
+    return found
 
 
 def energy_of(time: Array, wrench: Array, scenario: Scenario) -> float:

@@ -25,13 +25,15 @@ SPEEDS = 50  # places of a leg at which its speed is read
 
 
 class Leg(NamedTuple):
-    """A leg: its number from 0 on, where it begins and ends, m, its course, rad, and its largest speed over ground, m/s."""
+    """The straight part of a leg."""
 
-    number: int
+    number: int  # from 0 on
+    way: float  # arc length at which it begins, from the last stop on, m
+    # begin, end: its ends, m
     begin: complex
     end: complex
-    course: float
-    speed: float
+    course: float  # rad
+    speed: float  # the largest over ground, m/s
 
 
 def legs_of(track: PlannedTrack) -> list[Leg]:
@@ -41,11 +43,12 @@ def legs_of(track: PlannedTrack) -> list[Leg]:
         end = 0.0
         for element in one.route.elements:
             begin, end = end, end + element.length
-            if element.turn or element.leg == NO_LEG:
+            if element.leg == NO_LEG or (element.turn and element.leg in found):
                 continue
-            speed = float(one.profile.at(one.profile.time_at(np.linspace(begin, end, SPEEDS)))[1].max())
-            a, b = map(complex, one.route.position(np.array([begin, end])))
-            leg = found.get(element.leg, Leg(element.leg, a, b, float(one.route.course(begin)), speed))
+            last = begin if element.turn else end  # of a leg that its corners take whole, the turn alone is left
+            speed = float(one.profile.at(one.profile.time_at(np.linspace(begin, last, SPEEDS)))[1].max())
+            a, b = map(complex, one.route.position(np.array([begin, last])))
+            leg = found.get(element.leg, Leg(element.leg, begin, a, b, float(one.route.course(begin)), speed))
             found[element.leg] = leg._replace(end=b, speed=max(leg.speed, speed))
     return list(found.values())
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.guidance.planned_track import ComplexArray, outline
@@ -150,28 +149,25 @@ def _arrows(axes: "Axes", c: Conditions) -> None:
 
 
 def _draw_leg(axes: "Axes", found: Forecast) -> None:
-    """The band of the distances from the worst leg along it."""
+    """The band of the distances along the worst leg and the turn behind it."""
     leg = found.plan.legs[found.worst_leg]
-    along, cross = _along(found)
-    for x, y in zip(along, cross, strict=True):
+    axes.set(
+        xlabel="along the path [m]", ylabel="distance from the path, to port [m]", title=f"Leg {leg.number + 1}, and its turn"
+    )
+    ways = [run.way[run.way[:, 2] == found.worst_leg] for run in found.runs]
+    lines = [(np.maximum.accumulate(way[:, 3]) - leg.way, way[:, 4]) for way in ways if len(way)]
+    if not lines:
+        return
+    for x, y in lines:
         axes.plot(x, y, color=SHIP, lw=0.6, alpha=0.15)
-    places = np.linspace(0.0, abs(leg.end - leg.begin), PLACES)
-    curves = [np.interp(places, x, y, left=np.nan, right=np.nan) for x, y in zip(along, cross, strict=True) if len(x)]
-    low, middle, high = np.array([band(column) for column in np.array(curves).T]).T
+    places = np.linspace(0.0, max(float(x[-1]) for x, _ in lines), PLACES)
+    curves = np.array([np.interp(places, x, y, left=np.nan, right=np.nan) for x, y in lines])
+    low, middle, high = np.array([band(column) for column in curves.T]).T
     axes.fill_between(places, low, high, color=SHIP, alpha=0.4, lw=0, zorder=3, label="5 to 95 % of the runs")
     axes.plot(places, middle, color=INK, lw=1.0, zorder=4, label="median")
     reach = (1.0 + ROOM) * float(np.nanmax(np.abs([low, high])))
     axes.set_ylim(-reach, reach)
-    axes.set(xlabel="along the leg [m]", ylabel="distance from the path, to port [m]", title=f"Leg {leg.number + 1}")
     axes.legend(loc="best")
-
-
-def _along(found: Forecast) -> tuple[list[Array], list[Array]]:
-    """Of each run on the worst leg and in the turn behind it, the way along the leg and the distance to port, m."""
-    leg = found.plan.legs[found.worst_leg]
-    ways = [run.way[run.way[:, 2] == found.worst_leg] for run in found.runs]
-    along = [((way[:, 0] + 1j * way[:, 1] - leg.begin) * np.exp(-1j * leg.course)).real for way in ways]
-    return along, [way[:, 3] for way in ways]
 
 
 def draw_distributions(found: Forecast, target: Path | BytesIO) -> None:
