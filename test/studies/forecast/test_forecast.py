@@ -259,7 +259,7 @@ def test_a_forecast_of_which_no_run_arrives_has_a_page_too(tmp_path: Path) -> No
     assert [line[2] for line in overview(found)[1]] == ["–", "–", "–", "0 m"]
 
 
-def test_a_leg_that_its_corners_take_whole_is_judged_by_its_turn() -> None:
+def test_a_short_leg_between_two_corners_has_distances_of_its_own() -> None:
     one = plan([60.0, 0.0, 60.0, 12.0, 0.0, 12.0], 1.5)
     assert [leg.number for leg in one.legs] == [0, 1, 2]
     assert np.isfinite(mean_run(one).worst).all()

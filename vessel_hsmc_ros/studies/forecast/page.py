@@ -160,7 +160,7 @@ def _draw_leg(axes: "Axes", found: Forecast) -> None:
         return
     for x, y in lines:
         axes.plot(x, y, color=SHIP, lw=0.6, alpha=0.15)
-    places = np.linspace(0.0, max(float(x[-1]) for x, _ in lines), PLACES)
+    places = np.linspace(0.0, float(np.median([x[-1] for x, _ in lines])), PLACES)
     curves = np.array([np.interp(places, x, y, left=np.nan, right=np.nan) for x, y in lines])
     low, middle, high = np.array([band(column) for column in curves.T]).T
     axes.fill_between(places, low, high, color=SHIP, alpha=0.4, lw=0, zorder=3, label="5 to 95 % of the runs")
