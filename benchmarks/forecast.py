@@ -29,8 +29,8 @@ def drawn_plan(random: np.random.Generator) -> Plan | None:
     noise = float(random.choice((0.0, 0.05 * length)))
     text = scenario_text("boat", MainData(length=length, mass=8.0 * length**3 * random.uniform(0.6, 1.5), gps_noise=noise))
     boat = parse_scenario(text, "boat")
-    scale, n = scale_of(boat.vessel_sim.vessel), int(random.integers(2, 5))
-    points = length * np.cumsum(random.uniform(6.0, 12.0, n) * np.exp(1j * np.cumsum(random.uniform(-2.0, 2.0, n))))
+    scale, n = scale_of(boat.vessel_sim.vessel), int(random.integers(2, 4))
+    points = length * np.cumsum(random.uniform(5.0, 10.0, n) * np.exp(1j * np.cumsum(random.uniform(-2.0, 2.0, n))))
     path = {
         "mode": "path",
         "path.waypoints": [value for point in points.tolist() for value in (point.real, point.imag)],

@@ -165,6 +165,13 @@ def test_the_same_seed_gives_the_same_runs_on_one_core_and_on_several() -> None:
     assert not set(one.energy) & set(other.energy)
 
 
+def test_the_time_is_that_between_two_samples_so_that_runs_differ_by_less_than_a_sample() -> None:
+    times = windy().time
+    assert len(np.unique(times)) == len(times)
+    period = 1.0 / boat().vessel_sim.rate_hz
+    assert np.ptp(np.mod(times, period)) > 0.1 * period
+
+
 def test_directions_are_those_of_a_compass() -> None:
     changes = mean_changes(Conditions(6.0, 240.0, 0.3, 90.0), LENGTH)
     east, north = (changes[f"vessel_sim.disturbance.earth_fixed.{name}_force"] for name in ("east", "north"))

@@ -200,7 +200,7 @@ def evaluated(number: int, run: Run, plan: Plan) -> Sailed:
     worst = np.array([_largest(errors, leg.number) for leg in plan.legs])
     time = energy = math.nan
     if arrival is not None:
-        time, energy = float(run.time[arrival]), energy_of(run.time[part], run.wrench[part], plan.scenario)
+        time, energy = _crossing(run, plan, arrival), energy_of(run.time[part], run.wrench[part], plan.scenario)
     places = {NO_LEG: NO_LEG, **{leg.number: index for index, leg in enumerate(plan.legs)}}
     index = np.array([places.get(leg, NO_LEG) for leg in errors.leg.tolist()], float)
     arc = arc_lengths(plan.track, planned[judged]) + errors.along
@@ -239,6 +239,15 @@ def _arrival(run: Run, planned: Array, plan: Plan) -> int | None:
     begins = last.begin + last.profile.time_at(np.array([last.route.length - last.route.elements[-1].length]))[0]
     there = np.flatnonzero((planned >= begins) & (_to_end(run, plan) <= _near(plan)))
     return int(there[0]) if len(there) else None
+
+
+def _crossing(run: Run, plan: Plan, arrival: int) -> float:
+    """The time at which the vessel comes near to the end, between two samples, s."""
+    if not arrival:
+        return float(run.time[0])
+    before, after = _to_end(run, plan)[arrival - 1 : arrival + 1].tolist()
+    share = (before - _near(plan)) / (before - after) if before > _near(plan) else 1.0
+    return float(run.time[arrival - 1] + share * (run.time[arrival] - run.time[arrival - 1]))
 
 
 def _to_end(run: Run, plan: Plan) -> Array:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 BINS, PLACES = 24, 160  # of a histogram, and along a leg at which its band is drawn
 SHOWN_RANGE = (0.01, 0.99)  # shares of the runs between which a histogram is drawn
+HEADROOM = 0.35  # above the plan, for the arrows
 ROOM = 0.15  # around the plan and around a band, relative to their size
 UNITS = {"time": "s", "energy_wh": "W·h", "battery_left_wh": "W·h", "distance": "m"}
 NAMES = {
@@ -132,8 +133,8 @@ def _xy(points: Sequence[complex]) -> tuple[list[float], list[float]]:
 def _frame(axes: "Axes", line: ComplexArray) -> None:
     """Show the plan with room around it, however far a failed run has come."""
     size = max(float(np.ptp(line.real)), float(np.ptp(line.imag)), 1.0)
-    for set_limits, values in ((axes.set_xlim, line.real), (axes.set_ylim, line.imag)):
-        set_limits(float(values.min()) - ROOM * size, float(values.max()) + ROOM * size)
+    for set_limits, values, above in ((axes.set_xlim, line.real, ROOM), (axes.set_ylim, line.imag, HEADROOM)):
+        set_limits(float(values.min()) - ROOM * size, float(values.max()) + above * size)
 
 
 def _arrows(axes: "Axes", c: Conditions) -> None:
@@ -185,6 +186,7 @@ def draw_distributions(found: Forecast, target: Path | BytesIO) -> None:
             for value in band(values):
                 axes.axvline(value, color=INK, lw=1.0, ls="--")
             axes.set(xlabel=f"{NAMES[name]} [{UNITS[name]}]", ylabel="runs")
+            axes.locator_params(axis="x", nbins=4)
 
 
 def _document(found: Forecast) -> dict[str, Any]:
