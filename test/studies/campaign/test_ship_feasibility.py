@@ -12,7 +12,7 @@ from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.feasibility import Demand, exceeded, demand, infeasible
+from vessel_hsmc_ros.studies.campaign.feasibility import Demand, demand, exceeded, infeasible
 from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
 from vessel_hsmc_ros.studies.campaign.ship_family import REFERENCES, ShipFamily
 

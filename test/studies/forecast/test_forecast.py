@@ -82,6 +82,13 @@ def test_a_corner_takes_the_time_of_its_arc_at_the_speed_of_the_legs(speed: floa
     assert mean_run(bent).time - mean_run(straight).time == pytest.approx(way / speed, abs=0.05)
 
 
+def test_a_mission_that_ends_where_it_begins_takes_all_of_its_time() -> None:
+    round_trip = plan([40.0, 0.0, 40.0, 30.0, 0.0, 0.0])
+    found = mean_run(round_trip)
+    assert (found.failure, len(found.worst)) == ("", 3)
+    assert found.time > 100.0
+
+
 def test_what_is_not_thrust_takes_its_power_all_the_time() -> None:
     with_computer = mean_run(plan([60.0, 0.0], changes={"vessel.power.other": 36.0}))
     assert with_computer.energy - mean_run(plan([60.0, 0.0])).energy == pytest.approx(0.01 * with_computer.time, rel=1e-9)
