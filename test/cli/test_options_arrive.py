@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.vessels import read_vessel
+from vessel_hsmc_ros.studies.forecast.draws import Conditions
 from vessel_hsmc_ros.studies.runs.scenario_run import Result as RunResult
 
 DURATION = "vessel_sim.duration"
@@ -383,6 +384,19 @@ def test_mission_takes_route_datum_legs_speed_and_where_it_goes(reach: Reach, tm
     survey = "--swath", 12.5, "--along", 60
     found = reach("vessel_hsmc_ros.cli.mission.survey_of", "mission", "way.gpx", "--route", "out", *survey)
     assert (found["swath"], found["along"], found["speed"]) == (12.5, pytest.approx(0.5236, abs=1e-4), None)
+
+
+def test_forecast_takes_the_boat_the_conditions_the_corridor_and_the_runs(reach: Reach, tmp_path: Path) -> None:
+    (tmp_path / "way.csv").write_text("x,y\n40,0\n40,30\n", encoding="utf-8")
+    wind = "--wind", 6, "--wind-from", 240, "--current", 0.3, "--current-to", 90
+    boat = "--scenario", "survey", "--set", "vessel_sim.seed=7", "--output", "there"
+    target = "vessel_hsmc_ros.studies.forecast.forecast.forecast"
+    found = reach(target, "forecast", "way.csv", *boat, *wind, "--corridor", 3, "--runs", 25, "--seed", 9, "--workers", 2)
+    plan = found["plan"]
+    assert plan.conditions == Conditions(6.0, 240.0, 0.3, 90.0)
+    assert (plan.corridor, plan.scenario.name, plan.scenario.vessel_sim.seed) == (3.0, "way", 7)
+    assert plan.scenario.reference_ship.path.waypoints == (40.0, 0.0, 40.0, 30.0)
+    assert (found["runs"], found["seed"], found["workers"]) == (25, 9, 2)
 
 
 def options_of(command: click.Command) -> list[str]:

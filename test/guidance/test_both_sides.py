@@ -127,8 +127,8 @@ def test_a_corner_without_room_is_counted_from_the_beginning_of_the_path(first: 
     places = (50.0 + 0.0j, 50.0 + 0.5j, 0.5j, 40.0 + 0.0j)
     points = tuple(Waypoint(place, THROUGH, 0.8, number=first + k) for k, place in enumerate(places, 1))
     with pytest.raises(ParameterError, match=rf"^{PATH}: corner {first + 1} of 90° needs "):
-        polyline(0j, Part(points, first), strong)
-    elements, _ = polyline(0j, Part(points[:1], first), ship())
+        polyline(0j, Part(points), strong)
+    elements, _ = polyline(0j, Part(points[:1]), ship())
     assert [element.leg for element in elements] == [first]
 
 
@@ -137,7 +137,7 @@ PLACES = (0j, 12.0 + 0j, 24.0 + 9.0j, 24.0 + 21.0j, 40.0 + 21.0j)
 
 def corner_speeds(places: Any, under_way: bool = False) -> list[float]:
     points = tuple(Waypoint(place, THROUGH, 0.8, number=k) for k, place in enumerate(places[1:], 1))
-    elements, sections = polyline(places[0], Part(points, 0), ship(), under_way)
+    elements, sections = polyline(places[0], Part(points), ship(), under_way)
     return [section.speed for element, section in zip(elements, sections, strict=True) if element.turn]
 
 

@@ -189,3 +189,9 @@ def test_a_path_much_slower_than_required_is_named() -> None:
     assert "% of the speed of its legs on average: its corners are too sharp or too close together" in reference.slow
     reference.set_path([(200.0, 0.0)])
     assert not reference.slow
+
+
+def test_a_leg_has_the_number_of_the_waypoint_it_leads_to_where_others_on_its_line_are_left_out() -> None:
+    reference, _, _ = sailed(boat(4.0), np.array([40.0, 80.0, 120.0, 120.0 + 60.0j, 60.0j]))
+    elements = [element for one in reference.track.stretches for element in one.route.elements if not element.turn]
+    assert sorted({element.leg for element in elements}) == [2, 3, 4]

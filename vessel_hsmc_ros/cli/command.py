@@ -44,6 +44,7 @@ GROUPS = {
     },
     "Your own boat": {
         "init": "Write a complete commented scenario for your ship.",
+        "forecast": "Tell whether a boat can do a mission today.",
         "check": "Check the connection with a boat, line by line.",
         "manoeuvres": "Simulate turning circle, zig-zags and crash stop.",
         "excite": "Write manoeuvres for an identification.",
@@ -63,6 +64,7 @@ LIBRARIES = {
     **dict.fromkeys(("demo", "run", "simulate", "compare", "sweep", "reproduce", "report"), PAGES),
     **dict.fromkeys(("campaign", "identify", "manoeuvres"), (*PAGES, "scipy")),
     "tune": (*PAGES, "optuna", "scipy"),
+    "forecast": (*PAGES, "defusedxml", "geographiclib", "scipy"),
     "mission": ("defusedxml", "geographiclib", "scipy"),
     "recover": ("lz4", "mcap", "zstandard"),
     "replay": BAGS,

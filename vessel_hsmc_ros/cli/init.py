@@ -120,7 +120,7 @@ def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool
     main = schema.build(MainData, given, "init")
     data = vars(main)
     for key in given:
-        if key not in (*OVERRIDES, "wind", "current", "lag", "gps_noise", "gps_rate"):
+        if key not in (*OVERRIDES, "wind", "current", "lag", "gps_noise", "gps_rate", "power", "battery"):
             raise ParameterError(f"--{key.replace('_', '-')} cannot be given with --vessel: its hull data are those of {vessel}")
     own = {key: data[key] for key in OVERRIDES if key in given}
     found = read_vessel(vessel)

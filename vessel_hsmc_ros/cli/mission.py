@@ -74,7 +74,7 @@ def mission(file: Path, **given: Any) -> None:
             f"survey of {found.mission.areas[0].item} with a swath of {given['swath']:g} m, course {given['along']:g} degrees"
         )
         _show_file(found.mission, found)
-        _require_within(leaving_fence(replace(found.mission, points=())))
+        require_within(leaving_fence(replace(found.mission, points=())))
         _report(found.mission, given["skip_refused"])
     else:
         whole = _whole(found, given)
@@ -122,11 +122,26 @@ def _whole(found: Placed, given: dict[str, Any]) -> Mission:
         raise ScenarioError(f"the mission must have a waypoint (got none){': --swath surveys its area' if whole.areas else ''}")
     _show(whole, first)
     _show_file(whole, found)
-    _require_within(leaving_fence(whole))
+    require_within(leaving_fence(whole))
     if given["send"]:
         whole = replace(whole, refused=(*whole.refused, *unsendable(whole)))
     _report(whole, given["skip_refused"])
     return whole
+
+
+def sailed_mission(file: Path) -> tuple[dict[str, object], Mission]:
+    """The parameters of the reference ship that sail the mission of a file, and the mission; refused as the verb does.
+
+    Raises:
+        GoalError: an item is refused, or it leaves its own fence.
+        ScenarioError: the file cannot be read, or has no waypoint.
+    """
+    whole = _placed(file, {"datum": None, "route": None, "send": False}).mission
+    if not whole.points:
+        raise ScenarioError(f"{file} must have a waypoint (got none)")
+    require_within(leaving_fence(whole))
+    _report(whole, skip=False)
+    return parameters_of(whole), whole
 
 
 def _placed(file: Path, given: dict[str, Any]) -> Placed:
@@ -202,7 +217,7 @@ def _show_file(whole: Mission, found: Placed) -> None:
         print_line(f"left out: {item}")
 
 
-def _require_within(leaving: Sequence[Refused]) -> None:
+def require_within(leaving: Sequence[Refused]) -> None:
     """Refuse a mission that leaves its own fence, also where items that are refused are skipped.
 
     Raises:
@@ -243,7 +258,7 @@ def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
     changes = {f"reference_ship.{key}": value for key, value in values.items()}
     p = load_checked(name, changes).reference_ship
     reference: Any = make_reference(replace(p, follow="time"), 1.0 / p.rate_hz)
-    _require_within(way_leaving_fence(reference.track, whole.fences))
+    require_within(way_leaving_fence(reference.track, whole.fences))
     duration = float(reference.constants.table.times[-1])
     print_line(f"planned with {name}: {duration:.0f} s from its initial pose on, with the turns of its vessel")
     return math.ceil(MARGIN * duration)

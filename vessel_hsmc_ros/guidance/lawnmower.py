@@ -271,7 +271,7 @@ def _of_area(p: LawnmowerParameters, legs: PolygonLegs, ship: Ship, start: tuple
     turned = spot_turn(start, points[0].position, ship.vessel, ship.limits)
     motion = rest_of(turned) if turned else Motion(*start, 0.0, 0.0, 0.0)
     here = complex(motion.x, motion.y)
-    before, slower = polyline(here, Part(tuple(points), 0), ship)
+    before, slower = polyline(here, Part(tuple(points)), ship)
     route = [one._replace(leg=NO_LEG) for one in before] + elements
     piece = from_rest((route, slower + sections), cmath.phase(points[0].position - here), motion, ship, turned)
     delay, sailing = float(turned.times[-1]) if turned else 0.0, piece.sailing

@@ -207,7 +207,7 @@ def _parts(points: Sequence[Waypoint]) -> list[Part]:
     parts, begin = [], 0
     for i, point in enumerate(points, 1):
         if point.corner == STOP or i == len(points):
-            parts.append(Part(tuple(points[begin:i]), begin))
+            parts.append(Part(tuple(points[begin:i])))
             begin = i
     return parts
 

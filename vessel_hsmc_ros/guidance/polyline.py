@@ -41,10 +41,9 @@ class Waypoint(NamedTuple):
 
 
 class Part(NamedTuple):
-    """Waypoints up to a stop, and the number of those before."""
+    """Waypoints up to a stop."""
 
     points: tuple[Waypoint, ...]
-    first: int
 
 
 class Ship(NamedTuple):
@@ -109,10 +108,10 @@ def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) ->
     for i, (length, point) in enumerate(zip(lengths, points, strict=True)):
         left = length - (corners[i - 1][0].after if i else 0.0) - (corners[i][0].before if i < len(corners) else 0.0)
         if left > SHORTEST * length:
-            elements.append(Element(straight(left), part.first + i, turn=False))
+            elements.append(Element(straight(left), point.number - 1, turn=False))
             sections.append(Section(left, point.speed, FREE))
         if i < len(corners) and corners[i][0].pieces:
-            elements.append(Element(corners[i][0].pieces, part.first + i, turn=True))
+            elements.append(Element(corners[i][0].pieces, point.number - 1, turn=True))
             sections.append(Section(elements[-1].length, corners[i][1], CONSTANT))
     return elements, sections
 

@@ -14,6 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.hull import Hull, NamedVessel, inherited
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
+from vessel_hsmc_ros.plant.power import PowerParameters
 
 UNBOUNDED = (-math.inf, math.inf)
 
@@ -173,6 +174,7 @@ class ShipParameters(Hull, VesselParameters):
     sway_speed_range: tuple[float, ...] = speed_range("sway velocity", "m/s")
     yaw_rate_range: tuple[float, ...] = speed_range("yaw rate", "rad/s")
     thrusters: ThrusterLayout = group(ThrusterLayout)
+    power: PowerParameters = group(PowerParameters)
 
 
 def initial_pose(default: tuple[float, float, float]) -> tuple[float, ...]:

@@ -77,6 +77,8 @@ class MainData:
     gps_rate: float = parameter(
         5.0, "Rate of the measured x and y where they have noise; by default 5 Hz.", unit="Hz", low=0.1, high=100.0
     )
+    power: float = datum("Electric power at full thrust", "W", 1e9, "estimated in forecasts")
+    battery: float = datum("Usable capacity of the battery", "W·h", 1e12, "not declared")
 
     def completed(self) -> "MainData":
         """The data with estimates for those that are zero."""
@@ -130,9 +132,9 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
     written = given | {key: _number(value) for key, value in hull.items()}
     values = {f"vessel.{key}": float(written[key]) for key in HULL_NAMES}
     about = f"a ship of {given['length']} m and {given['mass']} kg"
-    section = _template("hull").substitute(written).rstrip() + _declared(d.lag) + (_thrusters(layout, d.lag) if layout else "")
+    section = _template("hull").substitute(written).rstrip() + _declared(d) + (_thrusters(layout, d.lag) if layout else "")
     data_lines = _template("data").substitute(given)
-    return _filled(name, about, data_lines, section, values | _lags(d.lag), d, layout is not None)
+    return _filled(name, about, data_lines, section, values | _further(d), d, layout is not None)
 
 
 def scenario_for(
@@ -147,12 +149,12 @@ def scenario_for(
 
     `values`: its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used. `vessel`: the
     name of the vessel in the library, or the path of its file, to which the scenario refers. `changes`: single hull data of the
-    scenario that differ from the vessel's, by their names. `around`: its wind, current, lag and noise of positions count.
+    scenario that differ from the vessel's, by their names. `around`: all of it but its main data counts.
     Returns a commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided
     law. Raises ParameterError if a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
     """
     data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
-    changes = {**changes, **{key.removeprefix(VESSEL): value for key, value in _lags(around.lag).items()}}
+    changes = {**changes, **{key.removeprefix(VESSEL): value for key, value in _further(around).items()}}
     changed = "".join(f", {key}: {_number(value)}" for key, value in changes.items())
     section = f"    vessel: {{name: {json.dumps(vessel)}{changed}}}" if changes else f"    vessel: {json.dumps(vessel)}"
     own = {f"{VESSEL}{key}": value for key, value in changes.items()}
@@ -186,7 +188,7 @@ def _filled(
     """The scenario from its template, with references scaled to a ship.
 
     `name`, `about`: name of the ship, and what it is, for the headline. `data`: what the head of the file states about its
-    data, as comments. `values`: hull data by their dotted names. `around`: its wind, current, lag and noise of positions count.
+    data, as comments. `values`: hull data by their dotted names. `around`: all of it but its main data counts.
     """
     ship = ship_of(values)
     scale = scale_of(ship)
@@ -247,13 +249,19 @@ def _finite(text: str) -> float:
         return math.nan
 
 
-def _lags(lag: float) -> dict[str, float]:
-    return {f"{VESSEL}surge_lag": lag, f"{VESSEL}yaw_lag": lag} if lag else {}
+def _further(data: MainData) -> dict[str, float]:
+    """The hull data that are only there where they are declared."""
+    given = {"surge_lag": data.lag, "yaw_lag": data.lag, "power.full_thrust": data.power, "power.battery_wh": data.battery}
+    return {f"{VESSEL}{name}": value for name, value in given.items() if value}
 
 
-def _declared(lag: float) -> str:
-    """The lines of the hull that declare a lag, s."""
-    return "".join(f"\n      {name.removeprefix(VESSEL)}: {_number(value)}  # s" for name, value in _lags(lag).items())
+def _declared(data: MainData) -> str:
+    """The lines of the hull that declare them."""
+    units = {f"{VESSEL}power.full_thrust": "W", f"{VESSEL}power.battery_wh": "W·h"}
+    return "".join(
+        f"\n      {name.removeprefix(VESSEL)}: {_number(value)}  # {units.get(name, 's')}"
+        for name, value in _further(data).items()
+    )
 
 
 def _thrusters(layout: ThrusterLayout, lag: float) -> str:

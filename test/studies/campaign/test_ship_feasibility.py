@@ -12,7 +12,7 @@ from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.feasibility import Demand, _exceeded, demand, infeasible
+from vessel_hsmc_ros.studies.campaign.feasibility import Demand, demand, exceeded, infeasible
 from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
 from vessel_hsmc_ros.studies.campaign.ship_family import REFERENCES, ShipFamily
 
@@ -91,5 +91,5 @@ def test_each_input_is_judged_by_its_own_limit_rate_and_lag(changes: dict[str, f
         surge_force_limit=3.0, yaw_moment_limit=4.0, surge_force_rate=1.0, yaw_moment_rate=2.0, surge_lag=0.5, yaw_lag=2.0
     )
     actuators = replace(wide, **changes)  # type: ignore[arg-type]
-    assert _exceeded(Demand(rest, rest, force, moment), actuators, 0.05).startswith(expected)
-    assert bool(expected) == bool(_exceeded(Demand(rest, rest, -force, -moment), actuators, 0.05))
+    assert exceeded(Demand(rest, rest, force, moment), actuators, 0.05).startswith(expected)
+    assert bool(expected) == bool(exceeded(Demand(rest, rest, -force, -moment), actuators, 0.05))

@@ -68,16 +68,16 @@ def infeasible(scenario: Scenario) -> str:
     current = np.array([sim.disturbance.current.east, sim.disturbance.current.north])
     wind = np.array([sim.disturbance.earth_fixed.east_force, sim.disturbance.earth_fixed.north_force])
     if not np.any(rows[:, 3:5]):
-        return _infeasible_rest(current, wind, a, vessel)
+        return infeasible_rest(current, wind, a, vessel)
     # From the second quarter on: at the start from rest the heading is not determined.
     needed = demand(rows[samples // 4 :], current, wind, vessel, h)
     half = slice(samples // 2 - samples // 4, samples - samples // 4)
     if np.mean(needed.u[half] > MIN_WAY * np.max(rows[:, 3])) < MIN_FEASIBLE_SHARE:
         return "the ship has no way through the water"
-    return _exceeded(Demand(*(column[half] for column in needed)), a, h)
+    return exceeded(Demand(*(column[half] for column in needed)), a, h)
 
 
-def _exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
+def exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
     """The first of forces, rates and commands that is above its share of a limit too often; empty if none is."""
     for name, load, limit, rate, lag in (
         ("surge force", needed.X, a.surge_force_limit, a.surge_force_rate, a.surge_lag),
@@ -186,7 +186,7 @@ def solve_heading(
         psi[k] = last = x
 
 
-def _infeasible_rest(current: Array, wind: Array, a: ActuatorParameters, vessel: Vessel) -> str:
+def infeasible_rest(current: Array, wind: Array, a: ActuatorParameters, vessel: Vessel) -> str:
     """Why a ship cannot keep its position: whether a heading without a force in sway takes too much force or moment."""
     psi = np.linspace(-math.pi, math.pi, 721)
     c, s = np.cos(psi), np.sin(psi)
