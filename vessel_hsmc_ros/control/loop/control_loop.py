@@ -20,6 +20,7 @@ from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.steering import steered
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
 
 
@@ -269,6 +270,7 @@ class ControlLoop:
             self._command(None, Reason.LAW_UNDEFINED, measured, inputs)
             raise
         self.delta = at.delta
+        demand = steered(demand, measured.u, self.law.vessel.steering)
         self._command(demand, reason, measured, inputs)
         if not self.enabled:
             with guarded(self.law):
