@@ -68,7 +68,7 @@ def test_a_bias_is_found_whatever_the_current(course: str, current: tuple[float,
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.sampled_from(COURSES), CURRENTS, st.integers(0, 10**6), st.sampled_from([0.0, 0.02, 0.2]))
+@given(st.sampled_from(COURSES), CURRENTS, st.integers(0, 10**6), st.sampled_from([0.0, 0.02, 0.2, 0.7]))
 def test_a_heading_that_fits_gives_no_alarm(course: str, current: tuple[float, float], seed: int, noise: float) -> None:
     track = way(course, current, seed, noise)
     monitor = Heading(MonitorParameters(), LENGTH)
