@@ -129,6 +129,7 @@ setup(
         "analysis": ["pandas", "pyarrow"],
         "campaign": ["distributed", "llvmlite>=0.41", "numba>=0.58", "optuna", "pandas", "pyarrow", "SALib"],
         "compiled": ["llvmlite>=0.41", "numba>=0.58"],
+        "gym": ["gymnasium", "llvmlite>=0.41", "numba>=0.58"],
         "live": ["foxglove-sdk"],
         "mavlink": ["pymavlink", "pyserial"],
         "nmpc": ["casadi"],

@@ -96,6 +96,13 @@ def test_a_lost_position_leads_to_the_safe_action_with_its_reason_and_back(carri
     assert {m.reason for m in states} == {ControlState.NOT_FINITE}
 
 
+def test_a_lost_position_is_ridden_through_by_dead_reckoning_where_that_is_declared(carried_out: Any) -> None:
+    declared = ("--set", "controller.safety.dead_reckoning=2")
+    bag, _ = carried_out("faults: [{at: 1.0, duration: 1.5, kind: lose_position, topic: odom}]", "--no-page", *declared)
+    assert any(math.isnan(m.pose.pose.position.x) for _, _, m in bag.messages("/relayed/odom"))
+    assert {operation for at, operation in operations(bag).items() if at > 0.9} == {1}
+
+
 def test_the_run_goes_on_while_a_node_is_suspended_and_restarted_on_demand(carried_out: Any) -> None:
     bag, summary = carried_out(
         "faults:\n"

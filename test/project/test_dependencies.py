@@ -22,7 +22,7 @@ DISTRIBUTIONS = {"yaml": "pyyaml", "foxglove": "foxglove-sdk"}
 """Distributions that are not named like their module."""
 
 PYPI_ONLY = {
-    *{"SALib", "casadi", "distributed", "foxglove", "llvmlite", "lz4", "mcap", "optuna"},
+    *{"SALib", "casadi", "distributed", "foxglove", "gymnasium", "llvmlite", "lz4", "mcap", "optuna"},
     *{"pandas", "plotly", "pyarrow", "pymavlink", "rosbags", "zstandard"},
 }
 """Modules without a rosdep key, or only for an extra; the README names the way to install them."""

@@ -81,6 +81,12 @@ def test_with_the_observer_a_law_runs_compiled_to_the_same_bits() -> None:
     assert_same_run(scenario_of("realistic", "guided"))
 
 
+@pytest.mark.parametrize("law", ["guided", "los_pid"])
+def test_with_an_outboard_a_law_runs_compiled_to_the_same_bits(law: str) -> None:
+    limits = {"vessel.surge_force_limit": 2e5, "vessel.yaw_moment_limit": 3e6}
+    assert_same_run(scenario_of("figure_eight", law, **limits, **{"vessel.steering_loss": 0.9, "vessel.steering_speed": 6.0}))
+
+
 @pytest.mark.parametrize("law", ["guided", "hierarchical_printed"])
 def test_at_the_pivot_a_law_runs_compiled_to_the_same_bits(law: str) -> None:
     assert_same_run(scenario_of("case2_tracking", law, **{"controller.vessel.sway_yaw_inertia": 6e5}))

@@ -31,6 +31,7 @@ class Autopilot:
         silent: Whether it sends nothing.
         radio: Pulse widths of the pilot's sticks by channel.
         servos: Pulse widths of the outputs by number.
+        parameters: Values by name; a request of another one has no answer.
     """
 
     def __init__(self, *addresses: str, system: int = 1) -> None:
@@ -46,6 +47,7 @@ class Autopilot:
         self.intervals: dict[int, float] = {mavlink.MAVLINK_MSG_ID_HEARTBEAT: 1.0}
         self.due: dict[int, float] = {}
         self.heard: list[Any] = []
+        self.parameters: dict[str, float] = {}
         self.began = time.monotonic() - BOOTED_BEFORE
 
     @property
@@ -91,6 +93,11 @@ class Autopilot:
         elif number == mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
             self.change(armed=bool(message.param1))
         self.send("command_ack", number, mavlink.MAV_RESULT_ACCEPTED)
+
+    def on_param_request_read(self, message: Any) -> None:
+        if message.param_id in self.parameters:
+            value, kind = self.parameters[message.param_id], mavlink.MAV_PARAM_TYPE_REAL32
+            self.send("param_value", message.param_id.encode(), value, kind, len(self.parameters), 0xFFFF)
 
     def on_manual_control(self, message: Any) -> None:
         for channel, axis in ((STEERING, message.y), (THROTTLE, message.z)):

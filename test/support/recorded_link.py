@@ -30,6 +30,9 @@ class Recording:
     def velocity(self, speed: float, yaw_rate: float) -> None:
         self.sent.append(("velocity", pytest.approx(speed), pytest.approx(yaw_rate)))
 
+    def request_parameter(self, name: str) -> None:
+        """Nothing comes, and it is no command."""
+
     def request(self, *_: Any) -> None:
         """Nothing comes."""
 

@@ -165,6 +165,20 @@ GUARANTEES: tuple[Guarantee, ...] = (
         ),
     ),
     Guarantee(
+        "the measured heading does not fit the courses of the ship: turned by more than 20°, or it stands still",
+        "20 blocks of 1 s or 2·sqrt(L/g) under way, then warning {controller.safety.monitors.heading_warning}; safe"
+        " {controller.safety.monitors.heading_safe}",
+        "ROS time, by the stamp",
+        SAFE,
+        "a heading of a moving ship that fits, or `~/reset`: a ship at rest, or on one straight course, shows nothing",
+        (Reason.HEADING,),
+        (
+            "control/safety/test_heading.py::test_a_bias_is_found_whatever_the_current",
+            "control/safety/test_heading.py::test_a_heading_that_stands_still_leads_to_the_safe_action",
+            "control/safety/test_heading.py::test_a_heading_that_fits_gives_no_alarm",
+        ),
+    ),
+    Guarantee(
         "measurements contradict the observer",
         "warning {controller.safety.monitors.innovation_warning}; safe {controller.safety.monitors.innovation_safe}",
         PERIODS,
@@ -407,6 +421,10 @@ REMEDIES: dict[Reason, str] = {
     Reason.INNOVATION: "Check the positioning, and the hull data of the observer.",
     Reason.VELOCITY: (
         "Set `odometry.twist_frame`, or the units and signs of the velocities; without velocities set `observer.enabled`. Then"
+        " call `~/reset`."
+    ),
+    Reason.HEADING: (
+        "Compare the compass with the course on a straight way without current, correct it (`navsat_odom.heading_offset`), then"
         " call `~/reset`."
     ),
     Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",

@@ -37,7 +37,8 @@ Read [safety](safety.md) first, and have the hardware stop within reach. All sta
   shows each input as OK, or what is missing: a topic, a compatible quality of service, a frame, a stamp.
 - **Check.** `vessel-hsmc check --interface STACK`, while the nodes run or before, and `vessel-hsmc check BAG` print a page
   of lines, each OK or what to do: topics, types, quality of service, rates, stamps, frames, units, whether the compass and the
-  axes turn the right way, signs of force and moment, stop and time-out. `--pulse 30,20` commands 30 N and then 20 N·m for 2 s
+  axes turn the right way, signs of force and moment, stop and time-out, failsafes of an autopilot (ArduPilot, by mavlink_node).
+  `--pulse 30,20` commands 30 N and then 20 N·m for 2 s
   each, after a confirmation and without a controller: start with it, or with a bag of a drive by hand. With `drive.form:
   cmd_vel` its values are in m/s and rad/s, such as `0.5,0.2`, for the loops of the stack.
 - **Verdicts on signs** are OK, WRONG or TO DO. The equation of motion, with turning, damping, wind, current and the lag of the

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from vessel_hsmc_ros.boats.autopilot_parameters import MavlinkParameters
+from vessel_hsmc_ros.boats.failsafe_parameters import ParameterReader
 from vessel_hsmc_ros.boats.handover import Handover, Sticks
 from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
 from vessel_hsmc_ros.boats.mavlink_messages import (
@@ -68,6 +69,7 @@ class MavlinkNode(VesselNode):
         self._sticks = Sticks([int(c) for c in p.stick_channels], p.stick_threshold)
         self._pulses = Pulses(*p.pulses)
         self._boot = BootClock()
+        self._failsafes = ParameterReader()
         self._attitude: Attitude | None = None
         self._last: dict[str, float] = {}
         self._received: dict[str, int] = {}
@@ -113,6 +115,7 @@ class MavlinkNode(VesselNode):
         self._takeover.act()
 
     def _on_heartbeat(self, message: Any, now: float) -> None:
+        self._failsafes.heard(message.autopilot)
         armed = bool(message.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED)
         if self._received["HEARTBEAT"] == 1:
             self.get_logger().info(f"autopilot: system {self._link.target}")
@@ -173,6 +176,9 @@ class MavlinkNode(VesselNode):
         conversions.write_wrench(self._applied, stamp, p.applied_wrench(shares))
         self.send(self._applied_out, self._applied)
 
+    def _on_parameter(self, message: Any, _: float) -> None:
+        self._failsafes.take(message.param_id, message.param_value, message.param_type)
+
     def _on_answer(self, message: Any, _: float) -> None:
         if message.result not in (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS):
             self.get_logger().warning(
@@ -192,6 +198,7 @@ class MavlinkNode(VesselNode):
         "RC_CHANNELS": _on_radio,
         "SERVO_OUTPUT_RAW": _on_servos,
         "COMMAND_ACK": _on_answer,
+        "PARAM_VALUE": _on_parameter,
         "STATUSTEXT": _on_text,
     }
 
@@ -203,6 +210,14 @@ class MavlinkNode(VesselNode):
         if missing := self._missing():
             self.get_logger().warning(missing, throttle_duration_sec=5.0)
         self._request(time.monotonic())
+        self._read_failsafes(time.monotonic())
+
+    def _read_failsafes(self, now: float) -> None:
+        """Request some parameters of the failsafes; a silent autopilot shows none."""
+        if now - self._last.get("HEARTBEAT", -math.inf) > self.parameters.heartbeat_timeout:
+            self._failsafes.forget()
+        for name in self._failsafes.due() if self.parameters.stream_rate else ():
+            self._link.request_parameter(name)
 
     def _request(self, now: float) -> None:
         """Request the messages that do not come."""
@@ -288,7 +303,10 @@ class MavlinkNode(VesselNode):
         """The status, that of the autopilot, and that of the commands."""
         waits = self._handover.taken or self._handover.waits(time.monotonic())
         autopilot = DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {})
-        return [*super().diagnostic_tasks(), autopilot, *self._commands.diagnostic_tasks()]
+        read, p = self._failsafes, self.parameters
+        values = {"firmware": read.firmware, "system_id": p.system_id, "requests": p.stream_rate > 0.0, **read.values}
+        failsafes = DiagnosticTask("failsafes", OK, f"{len(read.values)} parameters of the autopilot are known", values)
+        return [*super().diagnostic_tasks(), autopilot, failsafes, *self._commands.diagnostic_tasks()]
 
 
 def main(arguments: list[str] | None = None) -> int:

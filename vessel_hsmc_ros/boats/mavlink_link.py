@@ -108,6 +108,10 @@ class Link:
             values = (mavlink.MAV_CMD_REQUEST_MESSAGE, 0, number, 0, 0, 0, 0, 0, 0)
         self._send("command_long", self.target, AUTOPILOT, *values)
 
+    def request_parameter(self, name: str) -> None:
+        """Request the value of a parameter, which comes as PARAM_VALUE."""
+        self._send("param_request_read", self.target, AUTOPILOT, name.encode(), -1)
+
     def manual(self, y: int, z: int) -> None:
         """Send steering and throttle."""
         self._send("manual_control", self.target, 0, y, z, 0, 0)

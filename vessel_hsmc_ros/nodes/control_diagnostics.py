@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.terms import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.safety.heading import NAMED_BIAS, Bias
 from vessel_hsmc_ros.control.safety.monitors import Alarm
 from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.control.safety.supervision import Supervision
@@ -65,7 +66,7 @@ class ControlDiagnostics:
                 "missed periods",
             ),
             saturation(share, lasting=alarms.get(Reason.SATURATED, Alarm.OK) is not Alarm.OK),
-            *([monitors(alarms, [m.detail for m in watch.monitors if m.detail])] if watch else []),
+            *([monitors(alarms, [m.detail for m in watch.monitors if m.detail]), compass(watch.heading.found)] if watch else []),
             bounded("surface magnitude", surfaces, limits.surface_limit),
             bounded("weight norm", norms, limits.weight_norm_limit),
             self._numerical_health(),
@@ -103,6 +104,14 @@ def monitors(alarms: Mapping[Reason, Alarm], details: Sequence[str] = ()) -> Dia
     level = ERROR if Alarm.SAFE in alarms.values() else WARN if raised else OK
     shown = {reason.name.lower(): alarm.name.lower() for reason, alarm in alarms.items()}
     return DiagnosticTask("monitors", level, "; ".join(raised) or "nothing found", shown)
+
+
+def compass(found: Bias | None) -> DiagnosticTask:
+    """What the courses of the ship show of its compass: a warning where that is to be corrected."""
+    if found is None:
+        return DiagnosticTask("compass", OK, "not shown by the courses so far", {})
+    values = {"bias": found.angle, "deviation": found.deviation}
+    return DiagnosticTask("compass", WARN if found.lost or found.beyond > NAMED_BIAS else OK, found.text(), values)
 
 
 def correlation_condition(covariance: NDArray[np.float64]) -> float:

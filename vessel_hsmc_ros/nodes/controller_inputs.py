@@ -11,6 +11,7 @@ from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.control.interface.terms import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
+from vessel_hsmc_ros.control.safety.dead_reckoning import DeadReckoning
 from vessel_hsmc_ros.control.safety.enabling import distance_problem
 from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.control.safety.samples import Jumps, Sample, Verdict
@@ -88,7 +89,7 @@ class ControllerInputs:
         self.monitor = InputMonitor(node, expected, p.input_timeout, p.safety.freshness)
         self._node, self._loop = node, loop
         self._own_frame, self._frame = worlds[:1], ""
-        self._jumps = Jumps(p.safety, p.vessel.length)
+        self._jumps, self._reckoning = Jumps(p.safety, p.vessel.length), DeadReckoning(p.safety.dead_reckoning)
         self._measured: tuple[int, Motion] | None = None
         self._desired: Desired | None = None
         self._forgotten = Reason.NONE
@@ -98,6 +99,7 @@ class ControllerInputs:
         self._forgotten, self._frame = reason, ""
         self.monitor.reset()
         self._jumps.reset()
+        self._reckoning.reset()
         self._measured = self._desired = None
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
@@ -113,6 +115,7 @@ class ControllerInputs:
 
         `now`: ROS time, ns. `received`: time of its receipt, ns.
         """
+        measured = self._with_position(measured)
         if self.monitor.take("odometry", measured.sample, now, received, measured.wrong):
             return False
         self._match_frames(measured.sample.frame)
@@ -125,6 +128,20 @@ class ControllerInputs:
             self._loop.supervision.handover()
         self._measured = measured.sample.stamp, measured.motion
         return True
+
+    def _with_position(self, measured: Measured) -> Measured:
+        """The measurement, with a position by dead reckoning where it has none and that is allowed."""
+        loop, before = self._loop, self._reckoning.elapsed
+        filled = self._reckoning.fill(measured.sample.stamp, measured.motion, loop.estimate if loop.observer else None)
+        if filled is measured.motion:
+            if before and not self._reckoning.elapsed:
+                self._node.get_logger().warning(f"the position is back after {before:.3g} s of dead reckoning")
+                loop.supervision.handover()
+            return measured
+        elapsed, limit = self._reckoning.elapsed, self._node.parameters.safety.dead_reckoning
+        text = f"the position is lost: dead reckoning for {elapsed:.2g} s of at most {limit:g} s"
+        self._node.get_logger().warning(text, throttle_duration_sec=1.0)
+        return Measured(measured.sample._replace(values=filled, covariance=0.0), filled)
 
     def _match_frames(self, frame: str) -> None:
         """Let the reference be in the frame of the odometry, or in the one that it has without a goal or path."""

@@ -10,6 +10,7 @@ from vessel_hsmc_ros.core.delay_line import delay_line
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.steering import steering
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, Gust, PeriodicParameters
@@ -214,6 +215,7 @@ def plant_constants(p: PlantParameters, period: float, sea: Sea, phase: float = 
         environment.earth_fixed.constants(period, blowing),
         sea,
         *limits.constants(period),
+        steering(p.vessel.steering_loss, p.vessel.steering_speed, limits.surge_force_limit, limits.yaw_moment_limit),
         p.sensors.constants(period),
         p.sensors.perfect() and not sea.rough,
         period / p.substeps,

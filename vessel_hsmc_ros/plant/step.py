@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import Motion, to_body
+from vessel_hsmc_ros.core.steering import Steering, available
 from vessel_hsmc_ros.plant.actuators import Actuator, actuate, arrived
 from vessel_hsmc_ros.plant.disturbance import Gust, Periodic, Wind, next_gust, periodic_wrench, total, wind_wrench
 from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench, rk4_step
@@ -25,6 +26,7 @@ class PlantConstants(NamedTuple):
     # surge, yaw: the actuators
     surge: Actuator
     yaw: Actuator
+    steering: Steering  # how the yaw moment depends on thrust and speed
     sensors: Sensors  # bias and noise
     odometry_is_true: bool  # whether measurements equal the state: perfect sensors and no waves
     # step, substeps: length of an integration step, s, and number of them in a period
@@ -103,7 +105,11 @@ def apply(state: PlantState, command: tuple[float, float], constants: PlantConst
     """
     force, moment = arrived(command, state.commands, constants.surge, constants.yaw)
     # No actuator acts on the sway: the ship is underactuated.
-    tau = actuate(state.tau[0], force, constants.surge), 0.0, actuate(state.tau[2], moment, constants.yaw)
+    surge, yaw = actuate(state.tau[0], force, constants.surge), actuate(state.tau[2], moment, constants.yaw)
+    if constants.steering.loss > 0.0:
+        motion, current = state.motion, constants.current
+        yaw = available(surge, yaw, motion.u - to_body(current[0], current[1], motion.psi)[0], constants.steering)
+    tau = surge, 0.0, yaw
     return PlantState(state.motion, state.measured, tau, state.gust, state.commands, state.sent)
 
 

@@ -57,6 +57,15 @@ class Role(NamedTuple):
     own: str = ""  # the name of the topic before remapping
 
 
+class Autopilot(NamedTuple):
+    """What an autopilot tells of its failsafes."""
+
+    firmware: str = ""  # ArduPilot, PX4, or empty where none has told anything
+    values: Mapping[str, float] = {}  # parameters by name
+    system_id: int = 0  # the system as which this package commands
+    silence: str = ""  # why it has told nothing, and what to do
+
+
 class Connection(NamedTuple):
     """A connection as it was observed."""
 
@@ -75,6 +84,7 @@ class Connection(NamedTuple):
     simulated: tuple[str, ...] = ()  # the nodes that keep to /clock
     events: tuple[str, ...] = ()  # kinds of the events of the nodes
     reasons: tuple[str, ...] = ()  # names of the reasons for which the controller has left the law
+    autopilot: Autopilot | None = None  # None for a stack without one that this package reads
     statuses: Mapping[str, tuple[str, str]] = {}  # level and text of the nodes' diagnostics that are not OK, by node
 
     def topic(self, role: Role) -> Topic:

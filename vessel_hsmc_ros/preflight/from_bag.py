@@ -14,6 +14,7 @@ from vessel_hsmc_ros.messages.state_columns import CONTROL_STATE, KNOWN, columns
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Endpoint, Role, Topic
 from vessel_hsmc_ros.preflight.expected import connection_of, values_of
+from vessel_hsmc_ros.preflight.failsafe_rules import autopilot_of
 from vessel_hsmc_ros.preflight.rules import judge
 from vessel_hsmc_ros.preflight.stamp_rules import clocks_differ
 
@@ -48,7 +49,8 @@ def connection_in(bag: Bag, stack: Interface | None = None) -> Connection:
     roles += [Role("applied", name, (bag.topics[name].type,), False) for name in applied[:1] if bag.readable(name)]
     wanted = {role.topic for role in roles}
     topics = {name: _topic(series, name in wanted) for name, series in bag.topics.items()}
-    return made._replace(roles=tuple(roles), topics=topics, events=_events(bag), reasons=_reasons(bag))
+    autopilot = autopilot_of(stack.name if stack else "", {})
+    return made._replace(roles=tuple(roles), topics=topics, events=_events(bag), reasons=_reasons(bag), autopilot=autopilot)
 
 
 JUDGED = ("odometry", "pose", "twist", "positions", "velocities", "heading")  # what the motion of a bag rests on

@@ -27,6 +27,7 @@ from vessel_hsmc_ros.nodes.command_input import NO_COMMAND
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 from vessel_hsmc_ros.preflight.connection import Connection, Endpoint, Role, Topic
 from vessel_hsmc_ros.preflight.expected import Names, connection_of, values_of
+from vessel_hsmc_ros.preflight.failsafe_rules import SILENCE, autopilot_of
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
 OWN = ("controller", "drive", "navsat_odom")  # the nodes whose topics make a connection
@@ -53,9 +54,11 @@ class LiveConnection:
         self._reasons: set[int] = set()
         self._operation = ControlState.STANDBY
         self._statuses: dict[str, tuple[bytes, str]] = {}
+        self._failsafes: dict[str, str] = {}
         remote.until(self._settled(), GRAPH_LIMIT)
         there = remote.nodes()
         self._running = [node for node in OWN if remote.name(node) in there]
+        self._connecting = next((node for node in SILENCE if remote.name(node) in there), stack.name if stack else "")
         read = {node: self._parameters(node) for node in self._running}
         self._simulated = tuple(node for node, values in read.items() if values.pop("use_sim_time"))
         if self._simulated:
@@ -128,6 +131,8 @@ class LiveConnection:
         prefix = self._remote.name("").strip("/")
         for status in message.status:
             name = status.name.removeprefix(f"{prefix}/" if prefix else "").strip("/")
+            if name == "mavlink: failsafes":
+                self._failsafes = {pair.key: pair.value for pair in status.values}
             if name in (*NODES, *WATCHERS):
                 self._statuses[name] = status.level, status.message
 
@@ -228,6 +233,7 @@ class LiveConnection:
             simulated=self._simulated,
             events=tuple(self._events),
             reasons=tuple(reason.name for reason in Reason if int(reason) in self._reasons),
+            autopilot=autopilot_of(self._connecting, self._failsafes),
             statuses=self._problems(),
         )
         # Before the controller is started, such as for a pulse, nothing needs a reference.

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from vessel_hsmc_ros.control.safety.heading import DEVIATIONS, NAMED_BIAS, bias, block_length
 from vessel_hsmc_ros.control.safety.monitors import SLOW_SPEED, Compared, explained
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
@@ -19,6 +20,7 @@ from vessel_hsmc_ros.preflight.measured_motion import (
     along_hull,
     carried,
     headings,
+    means,
     motions_of,
     noises,
     rates,
@@ -106,6 +108,28 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
         yield Finding(WRONG, about, named(samples, moved, found.about, connection.twist_frame) or explained(found))
     else:
         yield from judge_drift_angle(samples, moved, measured, fast, commanded_side(connection))
+    if found.known:
+        yield from judge_compass(samples, connection.length)
+
+
+SHOWN_BIAS = math.radians(10.0)  # least spread of a bias that is not known
+
+
+def judge_compass(samples: Samples, length: float) -> Iterator[Finding]:
+    """Whether the heading fits the courses of the boat, whatever the current; nothing where the courses do not show it."""
+    t, motions = samples
+    columns = np.column_stack((t - t[0], motions[:, :2], np.unwrap(motions[:, 2])))
+    found = bias(means(t, columns, block_length(length)), length)
+    if found is None or not (found.lost or DEVIATIONS * found.deviation < SHOWN_BIAS):
+        return
+    if found.lost:
+        yield Finding(WRONG, "compass", f"{found.text()}: does it stand still, or is it of another time?")
+    elif found.beyond > NAMED_BIAS:
+        cause = "magnetic north, metal near it, or turned in its mount"
+        change = f"add {-found.angle:.2f} to navsat_odom.heading_offset, or correct the driver"
+        yield Finding(WRONG, "compass", f"{found.text()}: {cause}? {change}")
+    else:
+        yield Finding(OK, "compass", f"it fits the courses of the boat: {found.text()}")
 
 
 def judge_repetition(still: float, moving: bool) -> Finding:

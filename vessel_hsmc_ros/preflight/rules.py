@@ -11,6 +11,7 @@ from itertools import product
 import numpy as np
 
 from vessel_hsmc_ros.preflight.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
+from vessel_hsmc_ros.preflight.failsafe_rules import judge_failsafes
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs
 from vessel_hsmc_ros.preflight.stamp_rules import clock_step, judge_stamps
@@ -35,6 +36,7 @@ def judge(connection: Connection) -> list[Finding]:
         doubted = next((each.about for each in motion if each.level == WRONG and each.about in ("heading", "yaw rate")), "")
         found += [*motion, *judge_signs(connection, doubted)]
     found += judge_exercises(connection)
+    found += judge_failsafes(connection)
     levels = {"error": WRONG, "warning": TODO}
     return found + [Finding(levels[level], node, text) for node, (level, text) in connection.statuses.items()]
 

@@ -142,7 +142,7 @@ def prepare(scenario: Scenario, samples: int, law: KernelLaw[Any]) -> Prepared:
     reference = reference_of(ship, ship.rate_hz, int(instants.latest[-1]) + 2)
     plant = Simulator(sim, period)
     observer = Observer(controller.observer, controller.vessel)
-    control = ControlConstants(law.constants, observer.constants, make_controlled_point(controller))
+    control = ControlConstants(law.constants, observer.constants, make_controlled_point(controller), law.vessel.steering)
     constants = Constants(plant.constants(), control, thruster_drive(scenario, period))
     noise = _drawn(plant.sensor_noise, samples, 6, not plant.odometry_is_true)
     gusts = _drawn(plant.gust_noise, samples, 2, constants.plant.wind.blows)

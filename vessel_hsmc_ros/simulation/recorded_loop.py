@@ -102,7 +102,7 @@ def replay_controller(loop: ControlLoop, idle: Observer, recorded: Recorded, spa
         control_period=period_of(type(law), loop.observer is not None),
     )
     row, state = span.start, ControlState(loop.wrench, law.memory, observer.state, loop.delta, loop.commands)
-    constants = ControlConstants(law.constants, observer.constants, loop.point)
+    constants = ControlConstants(law.constants, observer.constants, loop.point, law.vessel.steering)
     renewed = True
     while renewed and row < span.stop:
         row, state = run(row, span.stop, state, constants, recorded)

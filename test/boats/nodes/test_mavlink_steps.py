@@ -70,7 +70,7 @@ class Boat(SteppedNode):
         count = len(self.link.sent)
         for _ in range(steps):
             self.wait(PERIOD)
-            self.receive("HEARTBEAT", **self.autopilot)
+            self.receive("HEARTBEAT", **self.autopilot, autopilot=3)
             self.node._poll()
             self.node._takeover._on_state(ControlState(operation=operation))
             self.command()
@@ -85,7 +85,7 @@ class Boat(SteppedNode):
         self.wait(PERIOD)
         if given.heard:
             state = {"base_mode": 128 * given.armed, "custom_mode": MANUAL if given.mode else HOLD}
-            self.receive("HEARTBEAT", **state, system_status=5 if given.failsafe else 4)
+            self.receive("HEARTBEAT", **state, system_status=5 if given.failsafe else 4, autopilot=3)
         self.boot += -60_000 if given.restarted else round(1e3 * PERIOD)
         self.receive("LOCAL_POSITION_NED", time_boot_ms=self.boot, x=0.0, y=0.0, vx=0.0, vy=0.0)
         self.node._poll()

@@ -72,7 +72,7 @@ def test_every_reason_has_a_text_and_a_level() -> None:
         ({"monitors.saturation_safe": 1.0}, "saturation_warning = 300 s is not allowed: it takes at most saturation_safe = 1 s"),
         *(
             ({f"monitors.{name}_warning": 50.0, f"monitors.{name}_safe": 49.0}, f"{name}_warning = 50 s is not allowed: it takes")
-            for name in ("not_moving", "saturation", "innovation", "velocity")
+            for name in ("not_moving", "saturation", "innovation", "velocity", "heading")
         ),
         ({"surge_force_rate": 100.0}, "surge_force_rate = 100 is not allowed: it takes at least 40000, at which the command"),
         ({"yaw_moment_rate": 100.0}, "yaw_moment_rate = 100 is not allowed: it takes at least 600000, at which the command"),

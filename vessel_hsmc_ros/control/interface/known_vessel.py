@@ -21,6 +21,7 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.core.steering import Steering, steering
 
 
 def limit(what: str, unit: str, default: float, high: float) -> float:
@@ -112,6 +113,26 @@ class KnownVessel(NamedVessel):
         low=NOT_DECLARED,
         high=10.0,
     )
+
+    steering_loss: float = parameter(
+        0.0,
+        "Share of yaw_moment_limit that is lost without thrust and way: 1 for an outboard, less with a rudder behind a propeller"
+        " that idles; 0: none, as with two propellers side by side.",
+        low=0.0,
+        high=1.0,
+    )
+    steering_speed: float = parameter(
+        math.inf,
+        "With steering_loss, the surge speed at which a rudder gives the full yaw moment without thrust; inf: no rudder.",
+        unit="m/s",
+        low=1e-3,
+        high=math.inf,
+    )
+
+    @property
+    def steering(self) -> Steering:
+        """How the yaw moment depends on thrust and speed."""
+        return steering(self.steering_loss, self.steering_speed, self.surge_force_limit, self.yaw_moment_limit)
 
     @property
     def percussion_point(self) -> float:

@@ -11,6 +11,7 @@ from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.interface.terms import Terms, diagnosed
 from vessel_hsmc_ros.control.loop.controlled_point import ORIGIN, START, ControlledPoint, at_origin, to_controlled_point
 from vessel_hsmc_ros.control.loop.observer import Observer
+from vessel_hsmc_ros.control.safety.heading import Heading
 from vessel_hsmc_ros.control.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation, Velocities
 from vessel_hsmc_ros.control.safety.parameters import MonitorParameters, SafetyParameters
 from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
@@ -19,6 +20,7 @@ from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.steering import steered
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
 
 
@@ -26,16 +28,20 @@ class Watch:
     """The monitors of a control loop.
 
     `limits`: largest surge force and yaw moment, N and N·m. `length`: of the ship, m.
+
+    Attributes:
+        heading: What compares the heading with the motion.
     """
 
     def __init__(self, parameters: MonitorParameters, limits: tuple[float, float], length: float) -> None:
         self._moving, self._saturation = NotMoving(parameters, limits), Saturation(parameters, limits)
         self._innovation, self._velocities = Innovation(parameters), Velocities(parameters, length)
+        self.heading = Heading(parameters, length)
 
     @property
     def monitors(self) -> tuple[Monitor, ...]:
         """All monitors, the most important first."""
-        return self._moving, self._velocities, self._innovation, self._saturation
+        return self._moving, self._velocities, self.heading, self._innovation, self._saturation
 
     def reset(self) -> None:
         """Forget the past."""
@@ -57,6 +63,7 @@ class Watch:
         """
         self._moving.step(command, (motion.u, motion.r), period)
         self._saturation.step(command, period)
+        self.heading.step(*measured)
         if observer:
             # The observer itself tests each new sample, and no other: sensors may be slower than the control period.
             self._innovation.step(not observer.accepts, period)
@@ -263,6 +270,7 @@ class ControlLoop:
             self._command(None, Reason.LAW_UNDEFINED, measured, inputs)
             raise
         self.delta = at.delta
+        demand = steered(demand, measured.u, self.law.vessel.steering)
         self._command(demand, reason, measured, inputs)
         if not self.enabled:
             with guarded(self.law):

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
 from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
 from vessel_hsmc_ros.core.kernel import bound, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
+from vessel_hsmc_ros.core.steering import Steering, steered
 
 StepOfLaw = tuple[tuple[float, float], Any, Any]  # wrench, terms and memory
 
@@ -48,6 +49,7 @@ class ControlConstants(NamedTuple):
     law: Any
     observer: ObserverConstants
     point: ControlledPoint
+    steering: Steering
 
 
 class Period(NamedTuple):
@@ -113,6 +115,7 @@ def control_period(given: ControlInputs, last: ControlState, c: ControlConstants
     demand, terms, memory = law_step(at, given.age, given.measured.psi, memory, c.law)
     if not (math.isfinite(demand[0]) and math.isfinite(demand[1])):
         return Period(ControlState(wrench, memory, observed, delta, commands), motion, terms, at.back, False, False)
+    demand = steered(demand, motion.u, c.steering)
     if c.observer.enabled:
         put(commands, demand)
     is_outdated = law_outdated(memory, c.law)

@@ -80,6 +80,11 @@ class MonitorParameters:
         1.0,
     )
     velocity_safe: float = delay("The same before the safe action; inf: never.", 4.0)
+    heading_warning: float = delay(
+        "Time for which the heading contradicts the courses of a ship, by more than noise and current, before a warning.",
+        5.0,
+    )
+    heading_safe: float = delay("The same before the safe action; inf: never.", 15.0)
 
 
 @dataclass(frozen=True)
@@ -104,6 +109,14 @@ class SafetyParameters:
     )
     fallback_law: str = parameter("los_pid", "With fallback, the law that steers while the chosen one has no valid command.")
     fresh_samples: int = parameter(3, "Good control periods before the law commands again.", low=1, high=10_000)
+    dead_reckoning: float = parameter(
+        0.0,
+        "Longest time without a position, NaN in a measurement that has a heading, for which the last place moves on by the"
+        " measured velocities, with an observer by the estimated ones; 0: never.",
+        unit="s",
+        low=0.0,
+        high=60.0,
+    )
     jump_samples: int = parameter(
         5, "Samples after a jump that must agree with each other to be taken as a re-localisation.", low=1, high=10_000
     )
@@ -138,7 +151,7 @@ def check_safety(p: SafetyParameters, law: str, laws: Collection[str], limits: t
             raise ParameterError(
                 f"controller.safety.fallback_law = {p.fallback_law} is not allowed with law {law}: it takes one of {others}"
             )
-    for name in ("not_moving", "saturation", "innovation", "velocity"):
+    for name in ("not_moving", "saturation", "innovation", "velocity", "heading"):
         warning, safe = getattr(p.monitors, f"{name}_warning"), getattr(p.monitors, f"{name}_safe")
         if warning > safe:
             raise ParameterError(
