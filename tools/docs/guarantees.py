@@ -47,6 +47,7 @@ WATCHDOG = "boats/nodes/test_watchdog_node.py"
 STANDBY = "nodes/test_standby.py"
 MAVLINK = "boats/nodes/test_mavlink_node.py"
 PX4 = "boats/nodes/test_px4_node.py"
+FENCED = "control/safety/test_fence_guard.py"
 FORMS = "boats/nodes/test_faults_of_forms.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
@@ -162,6 +163,22 @@ GUARANTEES: tuple[Guarantee, ...] = (
             "control/safety/test_velocities.py::test_wrong_velocities_are_named_and_demand_the_safe_action_within_ten_seconds",
             "control/safety/test_velocities.py::test_velocities_that_fit_give_no_alarm",
             "control/loop/test_velocity_watch.py::test_velocities_in_the_frame_of_the_pose_lead_to_the_safe_action",
+        ),
+    ),
+    Guarantee(
+        "the vessel could not stop inside of its fence",
+        "as soon as its stopping set touches the fence (`controller.safety.fence`)",
+        PERIODS,
+        "all of the surge force against the motion, at once; then {controller.safety.fence.action}, by the law",
+        "by itself once vessel and reference have been inside for 5 s; never while the vessel is outside",
+        (Reason.FENCE,),
+        (
+            f"{FENCED}::test_it_intervenes_where_the_vessel_could_no_longer_stop_inside",
+            f"{FENCED}::test_it_brakes_with_all_of_its_force_until_the_vessel_goes_back",
+            f"{FENCED}::test_a_law_that_drives_at_the_fence_never_crosses_it",
+            f"{FENCED}::test_it_never_releases_a_vessel_that_is_outside",
+            f"{FENCED}::test_it_lets_the_law_command_once_vessel_and_reference_are_inside_for_some_time",
+            "control/safety/test_stopping.py::test_no_drawn_stop_through_lag_and_rate_limit_is_longer",
         ),
     ),
     Guarantee(
@@ -408,6 +425,10 @@ REMEDIES: dict[Reason, str] = {
     Reason.VELOCITY: (
         "Set `odometry.twist_frame`, or the units and signs of the velocities; without velocities set `observer.enabled`. Then"
         " call `~/reset`."
+    ),
+    Reason.FENCE: (
+        "The log says how far it goes and how far the fence is. Give a goal or path inside, or call `~/stop` and steer it back by"
+        " hand."
     ),
     Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
     Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",

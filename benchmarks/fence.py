@@ -1,0 +1,172 @@
+"""Stops of drawn boats against their predicted set, and runs of drawn boats at a fence.
+
+    python benchmarks/fence.py stops [--count 1000000] [--seed 2]
+    python benchmarks/fence.py runs [--count 1000] [--seed 2] [--law guided]
+
+Stops: boats of 0.5 to 50 m under way, of which the guard knows hull, actuators and an estimate of the water, brake as it
+commands. Their path must stay within way and radius of `control/safety/stopping.py` until the surge velocity has ended. Drawn are
+speed, turn, current up to half of the top speed from any direction, wind up to a fifth of the force, resistance from linear to
+quadratic, lag, dead time, rate, age and control period, and errors of the estimate within its bounds.
+
+Runs: a boat sails at a fence, in a current up to half of its top speed from any direction, and law and guard have to keep it
+inside. Seed 1 is for development; held-out figures have another one. The exit code is 1 if a boat leaves its set, or crosses.
+"""
+
+import argparse
+import math
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from vessel_hsmc_ros.control.safety.stopping import Braking, Water, stop
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
+
+BATCH = 10_000
+STEPS = 3000  # of the longest stop; a step is at most a 400th of the time that it may take
+
+
+def draw(rng: np.random.Generator, n: int) -> dict[str, Any]:
+    """Boats under way, arrays of n."""
+    u = rng.uniform
+    L = np.exp(u(math.log(0.5), math.log(50.0), n))
+    top = u(0.1, 0.6, n) * np.sqrt(GRAVITY * L)
+    a = top / np.exp(u(math.log(1.5), math.log(20.0), n))  # the largest force stops the top speed in so many seconds
+    period = u(0.02, 0.2, n)
+    b = {"L": L, "top": top, "a": a, "period": period, "age": u(0.0, 0.2, n)}
+    b["linear"] = u(0.0, 1.0, n)  # share of the resistance at the top speed
+    b["lag"], b["dead"] = u(0.0, 1.0, n) * (n_of(rng, n, 0.8)), u(0.0, 0.6, n) * n_of(rng, n, 0.7)
+    b["rate"] = np.where(n_of(rng, n, 0.5) > 0.0, a / u(0.1, 3.0, n), np.inf)
+    b["side"] = np.where(n_of(rng, n, 0.2) > 0.0, -1.0, 1.0)  # astern
+    b["current"] = u(0.0, 0.5, n) * top * np.exp(1j * u(-math.pi, math.pi, n))
+    b["wind"] = u(-0.2, 0.2, n) * a
+    b["U"] = u(0.05, 1.0, n) * top
+    b["r"] = u(-0.5, 0.5, n) * b["U"] / L * n_of(rng, n, 0.5)
+    b["k_v"], b["k_r"] = u(0.3, 2.0, n) * top / L, u(0.5, 3.0, n) * top / L
+    b["turning"] = u(0.3, 3.0, n) * (top / L) ** 2  # yaw acceleration of the largest moment
+    b["t_h"] = 1.0 / np.sqrt(b["turning"]) + 2.0 * (b["lag"] + b["dead"] + period)
+    b["yaw"] = u(-0.02, 0.02, n) * b["turning"] * n_of(rng, n, 0.5)  # yaw disturbance
+    b["error"] = u(0.0, 0.1, n) * top
+    return b
+
+
+def n_of(rng: np.random.Generator, n: int, share: float) -> Any:
+    """1 with a probability, else 0, (n,)."""
+    return (rng.uniform(0.0, 1.0, n) < share).astype(float)
+
+
+def resistance(b: dict[str, Any], speed: Any) -> Any:
+    """Acceleration by the resistance against a velocity through the water, which takes all of the force at the top speed."""
+    w = speed / b["top"]
+    return b["a"] * (b["linear"] * w + (1.0 - b["linear"]) * w * np.abs(w))
+
+
+def measured(b: dict[str, Any], rng: np.random.Generator) -> tuple[Any, Any, Any, Any]:
+    """The present force as an acceleration, and what the guard knows of the water: current, decay and push."""
+    n = len(b["L"])
+    c_h = b["current"].real  # the heading is 0
+    speed = b["side"] * b["U"]
+    through = speed - c_h
+    force = np.clip(resistance(b, through) - b["wind"] + rng.uniform(-0.3, 0.3, n) * b["a"], -b["a"], b["a"])
+    estimate = b["current"] + b["error"] * np.sqrt(rng.uniform(0.0, 1.0, n)) * np.exp(2j * math.pi * rng.uniform(0.0, 1.0, n))
+    seen = speed - estimate.real
+    # The decay is known for the largest speed through the water so far, which was at least that of the current.
+    fastest = np.maximum(np.maximum(np.abs(through), np.abs(b["current"])), 0.05 * b["top"])
+    decay = resistance(b, fastest) / fastest
+    decay = decay * rng.uniform(0.8, 1.2, n)
+    push = -resistance(b, through) + b["wind"] + decay * seen  # so that the present acceleration is right, as a filter finds it
+    return force, estimate, decay, push
+
+
+def simulate(b: dict[str, Any], force: Any, delay: Any) -> tuple[Any, Any, Any]:
+    """Brake until the surge velocity has ended: places over time, (steps, n), the braking distance and whether all have ended."""
+    n = len(b["L"])
+    limit = b["a"]
+    dt = np.minimum(0.02, (delay + b["U"] / limit) / 400.0)
+    u, v, r, psi = b["side"] * b["U"], b["current"].imag.copy(), b["r"].copy(), np.zeros(n)
+    tau, p, distance = force.copy(), np.zeros(n, complex), np.zeros(n)
+    wait = np.ceil((b["dead"] + b["age"] + b["period"]) / dt).astype(int)
+    moving, places = np.ones(n, bool), [p.copy()]
+    for k in range(STEPS):
+        arrived = np.where(k >= wait, -b["side"] * limit, force)
+        change = np.where(b["lag"] > 0.0, -np.expm1(-dt / np.maximum(b["lag"], 1e-9)), 1.0) * (arrived - tau)
+        tau = tau + np.clip(change, -b["rate"] * dt, b["rate"] * dt)
+        c = b["current"] * np.exp(-1j * psi)
+        du = tau - resistance(b, u - c.real) + b["wind"]
+        dv = -b["k_v"] * (v - c.imag) - 0.7 * (u - c.real) * r
+        turned = -(r + 0.25 * psi / b["t_h"]) / b["t_h"] * (k * dt > b["age"] + b["period"])
+        dr = np.clip(turned, -b["turning"], b["turning"]) - b["k_r"] * r + b["yaw"]
+        p = p + moving * dt * (u + 0.5 * dt * du + 1j * v) * np.exp(1j * psi)
+        distance += moving * dt * np.maximum(b["side"] * (u + 0.5 * dt * du), 0.0)
+        u, v, r, psi = u + dt * du, v + dt * dv, r + dt * dr, psi + dt * r
+        moving &= b["side"] * u > 0.0
+        places.append(p.copy())
+        if not moving.any():
+            break
+    return np.array(places), distance, ~moving
+
+
+def distance_from(path: Any, way: Any) -> Any:
+    """The largest distance of paths, (steps, n), from ways, (n, k), without code of the package, (n,)."""
+    nearest = np.full(path.shape, np.inf)
+    for a, b in zip(way.T[:-1], way.T[1:], strict=True):
+        along = np.clip(((path - a) * np.conj(b - a)).real / np.maximum(np.abs(b - a) ** 2, 1e-300), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.abs(path - a - along * (b - a)))
+    return nearest.max(axis=0)
+
+
+def stops(count: int, seed: int) -> int:
+    """Compare drawn stops with their sets."""
+    rng, began = np.random.default_rng(seed), time.monotonic()
+    ratios, outside, endless, worst, done = [], 0, 0, -math.inf, 0
+    widths = []
+    while done < count:
+        n = min(BATCH, count - done)
+        b = draw(rng, n)
+        force, estimate, decay, push = measured(b, rng)
+        names = ("side", "U", "r", "age", "a", "lag", "dead", "rate", "t_h", "period", "error")
+        rows = zip(b["current"], force, estimate, decay, push, *(b[name] for name in names), strict=True)
+        found = [
+            stop(
+                Motion(0.0, 0.0, 0.0, side * U, c.imag, r),
+                acting,
+                age,
+                Braking(a, lag, dead, rate, 0.0, t_h, period),
+                Water(complex(e), error, k, f),
+            )
+            for c, acting, e, k, f, side, U, r, age, a, lag, dead, rate, t_h, period, error in rows
+        ]
+        places, true, ended = simulate(b, force, np.array([each.delay for each in found]))
+        predicted = np.array([each.distance for each in found])
+        endless += int((~ended).sum())
+        good = ended & np.isfinite(predicted)
+        way = np.array([each.way[:5] for each in found])[good]
+        path = np.append(places[:: max(1, len(places) // 40)], places[-1:], axis=0)[:, good]
+        off = distance_from(path, way) - np.array([each.radius for each in found])[good]
+        worst, outside = max(worst, float((off / b["L"][good]).max())), outside + int((off > 1e-9).sum())
+        ratios.append(predicted[good] / np.maximum(true[good], 1e-9))
+        widths.append(np.array([each.radius for each in found])[good] / b["L"][good])
+        done += n
+        sys.stderr.write(f"\r{done}/{count} stops, {outside} outside, {time.monotonic() - began:.0f} s")
+    ratio = np.concatenate(ratios)
+    print(f"\n{len(ratio)} stops of {count} with seed {seed}: {outside} outside of the set (farthest {worst:.3g} lengths)")
+    print(f"{endless} without an end, {count - len(ratio) - endless} that the guard calls infeasible")
+    quantiles = ", ".join(f"{100 * q:g} % {np.quantile(ratio, q):.3f}" for q in (0.01, 0.5, 0.9))
+    print(f"predicted/true braking distance: least {ratio.min():.4f}, {quantiles}")
+    print(f"radius, median {np.median(np.concatenate(widths)):.2f} lengths")
+    return int(outside > 0)
+
+
+def main() -> int:
+    """Draw, simulate and print."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("what", choices=("stops", "runs"))
+    parser.add_argument("--count", type=int)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    return stops(arguments.count or 1_000_000, arguments.seed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
