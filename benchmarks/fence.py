@@ -16,12 +16,21 @@ import argparse
 import math
 import sys
 import time
-from typing import Any
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.safety.stopping import Braking, Water, stop
+from vessel_hsmc_ros.control.safety.reasons import Operation
+from vessel_hsmc_ros.control.safety.stopping import HEADING, Braking, Water, stop
+from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, ScenarioError, SimulationError
+from vessel_hsmc_ros.core.fence import Fence, clearance, fence_of
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.simulation.compilation import compiled
+from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 BATCH = 10_000
 STEPS = 3000  # of the longest stop; a step is at most a 400th of the time that it may take
@@ -46,7 +55,8 @@ def draw(rng: np.random.Generator, n: int) -> dict[str, Any]:
     b["k_v"], b["k_r"] = u(0.3, 2.0, n) * top / L, u(0.5, 3.0, n) * top / L
     b["turning"] = u(0.3, 3.0, n) * (top / L) ** 2  # yaw acceleration of the largest moment
     b["t_h"] = 1.0 / np.sqrt(b["turning"]) + 2.0 * (b["lag"] + b["dead"] + period)
-    b["yaw"] = u(-0.02, 0.02, n) * b["turning"] * n_of(rng, n, 0.5)  # yaw disturbance
+    # A yaw disturbance that the brake, which holds the heading in proportion, holds within the deviation that it assumes.
+    b["yaw"] = u(-1.0, 1.0, n) * np.minimum(0.02 * b["turning"], 0.25 * HEADING / b["t_h"] ** 2) * n_of(rng, n, 0.5)
     b["error"] = u(0.0, 0.1, n) * top
     return b
 
@@ -158,14 +168,115 @@ def stops(count: int, seed: int) -> int:
     return int(outside > 0)
 
 
+class Case(NamedTuple):
+    """A drawn run at a fence."""
+
+    scenario: Scenario
+    fence: Fence
+    described: str
+
+
+def case_of(seed: int, number: int, law: str) -> Case | str:
+    """A boat that sails at a fence in a current; or why it is refused."""
+    rng = np.random.default_rng((seed, number))
+    u = rng.uniform
+    L = float(np.exp(u(0.0, math.log(20.0))))
+    mass, top = 8.0 * L**3 * u(0.6, 1.6), u(0.25, 0.5) * math.sqrt(GRAVITY * L)
+    force = mass * top / (u(2.0, 8.0) * math.sqrt(L / GRAVITY) * 3.0)
+    data = MainData(length=L, mass=mass, surge_force_limit=force, yaw_moment_limit=force * L * u(0.12, 0.4), speed=top)
+    data = replace(data, lag=float(u(0.0, 0.3) * math.sqrt(L)) if u(0.0, 1.0) < 0.7 else 0.0)
+    heading, off, distance = u(-math.pi, math.pi), u(-1.0, 1.0), u(12.0, 25.0) * L
+    current = u(0.0, 0.5) * top * np.exp(1j * u(-math.pi, math.pi))
+    speed = u(0.3, 0.7) * top
+    # The fence is a square, one side of which is so far ahead, at an angle off the course.
+    side = np.array([distance - 300.0 * L - 150j * L, distance - 150j * L, distance + 150j * L, distance - 300.0 * L + 150j * L])
+    ring = np.append(side, side[0]) * np.exp(1j * (heading + off))
+    rate = 10.0 if L < 6.0 else 5.0
+    values = {
+        "controller.law": law,
+        "reference_ship.mode": "straight",
+        "reference_ship.straight.speed": speed,
+        "reference_ship.straight.rise_time": 15.0 * math.sqrt(L),
+        **{f"{node}.rate_hz": rate for node in ("controller", "reference_ship", "vessel_sim")},
+        **{f"{node}.initial_pose": [0.0, 0.0, heading] for node in ("reference_ship", "vessel_sim")},
+        "vessel_sim.disturbance.current.east": current.real,
+        "vessel_sim.disturbance.current.north": current.imag,
+        "vessel_sim.duration": round(1.5 * distance / (math.cos(off) * speed) + 60.0 * L / top + 15.0 * math.sqrt(L)),
+        "controller.safety.fence.inside": [value for p in ring for value in (p.real, p.imag)],
+        "controller.safety.fence.current": 0.0 if law == "guided" else abs(current),
+        "controller.guided.actuator_identification": False,
+    }
+    about = f"L {L:.1f} m, top {top:.2f} m/s, speed {speed / top:.2f}, current {abs(current) / top:.2f}, off {off:.2f}"
+    try:
+        scenario = parse_scenario(scenario_text("boat", data), "boat", source="boat").changed(values)
+    except (ParameterError, ScenarioError) as error:
+        return f"{about}: {error}"
+    fence = fence_of(scenario.controller.safety.fence, "fence")
+    assert fence is not None  # noqa: S101 - it has one
+    return Case(scenario, fence, about)
+
+
+class Ended(NamedTuple):
+    """What became of a run."""
+
+    number: int
+    room: float  # least distance of the origin from the fence, in lengths, 0 or below outside
+    acted: bool  # whether the guard holds it at the end
+    described: str
+    error: str = ""
+
+
+def run_case(job: tuple[int, int, str]) -> Ended:
+    """Sail a drawn run."""
+    seed, number, law = job
+    case = case_of(seed, number, law)
+    if isinstance(case, str):
+        return Ended(number, math.nan, False, case, "refused")
+    closed = ClosedLoop(case.scenario)
+    loop = closed._loop._loop  # type: ignore[attr-defined]
+    loop.law.kernel = compiled(type(loop.law).kernel)
+    try:
+        closed.run()
+    except (ControlError, SimulationError) as error:
+        return Ended(number, math.nan, False, case.described, str(error))
+    state = closed.result().state
+    places = state[:, 0] + 1j * state[:, 1]
+    length = case.scenario.vessel_sim.vessel.length
+    room = min(clearance(case.fence, np.array([p, p])) for p in places[:: max(1, len(places) // 1500)])
+    return Ended(number, room / length, loop.supervision.operation is Operation.SAFE, case.described)
+
+
+def runs(count: int, seed: int, law: str, workers: int) -> int:
+    """Sail drawn boats at a fence."""
+    began, found = time.monotonic(), []
+    with ProcessPoolExecutor(workers) as pool:
+        for ended in pool.map(run_case, [(seed, number, law) for number in range(count)], chunksize=2):
+            found.append(ended)
+            crossed = [each for each in found if each.room <= 0.0]
+            if ended.room <= 0.0 or ended.error:
+                print(f"{ended.number}: {ended.room:.2f} lengths; {ended.described} {ended.error}", flush=True)
+            sys.stderr.write(f"\r{len(found)}/{count} runs, {len(crossed)} crossed, {time.monotonic() - began:.0f} s")
+    sailed = [each for each in found if not each.error]
+    rooms = np.array([each.room for each in sailed])
+    print(f"\n{len(sailed)} runs of {count} with seed {seed}, law {law}: {len(crossed)} crossed the fence")
+    refused = sum(each.error == "refused" for each in found)
+    print(f"{refused} refused at the start, {sum(each.acted for each in sailed)} held at the end")
+    print(f"least room in lengths: least {rooms.min():.2f}, 1 % {np.quantile(rooms, 0.01):.2f}, median {np.median(rooms):.2f}")
+    return int(len(crossed) > 0)
+
+
 def main() -> int:
     """Draw, simulate and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("what", choices=("stops", "runs"))
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=1)
-    arguments = parser.parse_args()
-    return stops(arguments.count or 1_000_000, arguments.seed)
+    parser.add_argument("--law", default="guided")
+    parser.add_argument("--workers", type=int, default=1)
+    given = parser.parse_args()
+    if given.what == "stops":
+        return stops(given.count or 1_000_000, given.seed)
+    return runs(given.count or 1000, given.seed, given.law, given.workers)
 
 
 if __name__ == "__main__":
