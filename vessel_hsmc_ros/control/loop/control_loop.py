@@ -260,6 +260,8 @@ class ControlLoop:
             self.observer.take_for(self.law.known)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
         if fence := self.watch.fence if self.watch else None:
+            if not self.enabled:  # a person steers: what was an alarm counts no more
+                fence.reset()
             # What the law observes is wrong while other commands than its own act.
             water = self.law.water if self.supervision.follows_law else None
             fence.step(measured, self.wrench[0], age, water, desired, self.grid.period)
