@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.guidance.planned_track import outline
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
 from vessel_hsmc_ros.report.record import Record, recorded
@@ -94,6 +95,15 @@ def plans(records: Sequence[Record]) -> list[Plan]:
         if record.track is not None:
             found.setdefault(record.track.waypoints, Plan(tuple(outline(record.track, OUTLINE)), record.track.waypoints))
     return list(found.values())
+
+
+def fences(records: Sequence[Record]) -> list[tuple[complex, ...]]:
+    """The corners of the fences of all runs, polygon by polygon, each once, m."""
+    found: dict[tuple[complex, ...], None] = {}
+    for record in records:
+        fence = fence_of(record.scenario.controller.safety.fence, "fence") if record.scenario else None
+        found |= dict.fromkeys(tuple(map(complex, ring)) for ring in (fence.rings() if fence else ()))
+    return list(found)
 
 
 def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:

@@ -118,6 +118,18 @@ function drawPlan(pen, plan, view, colours) {
   }
 }
 
+// The sides of a polygon of the fence.
+function drawFence(pen, ring, view, colours) {
+  pen.strokeStyle = colours("--ink-soft");
+  pen.setLineDash([8, 4]);
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  for (const corner of ring) pen.lineTo(...view.place(...corner));
+  pen.closePath();
+  pen.stroke();
+  pen.setLineDash([]);
+}
+
 // A diamond on the track of the ship at the time of an event.
 function drawMark(pen, mark, tracks, view, colours) {
   const ship = tracks.find((track) => track.role === "ship" && track.run === mark.run);
