@@ -2,6 +2,7 @@
 
     python benchmarks/fence.py stops [--count 1000000] [--seed 2]
     python benchmarks/fence.py runs [--count 1000] [--seed 2] [--law guided]
+    python benchmarks/fence.py healthy [--longest 30]
 
 Stops: boats of 0.5 to 50 m under way, of which the guard knows hull, actuators and an estimate of the water, brake as it
 commands. Their path must stay within way and radius of `control/safety/stopping.py` until the surge velocity has ended. Drawn are
@@ -9,7 +10,8 @@ speed, turn, current up to half of the top speed from any direction, wind up to 
 quadratic, lag, dead time, rate, age and control period, and errors of the estimate within its bounds.
 
 Runs: a boat sails at a fence, in a current up to half of its top speed from any direction, and law and guard have to keep it
-inside. Seed 1 is for development; held-out figures have another one. The exit code is 1 if a boat leaves its set, or crosses.
+inside. Healthy runs: those of two suites, with a fence two stopping distances outside of their ways, in which it must not act.
+Seed 1 is for development; held-out figures have another one. The exit code is 1 if a boat leaves its set, or crosses.
 """
 
 import argparse
@@ -27,10 +29,13 @@ from vessel_hsmc_ros.control.safety.stopping import HEADING, Braking, Water, sto
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, ScenarioError, SimulationError
 from vessel_hsmc_ros.core.fence import Fence, clearance, fence_of
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
+from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.scenario.suite import Row, load_suite
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
+from vessel_hsmc_ros.studies.compare.comparison import Task, prepare
 
 BATCH = 10_000
 STEPS = 3000  # of the longest stop; a step is at most a 400th of the time that it may take
@@ -265,15 +270,57 @@ def runs(count: int, seed: int, law: str, workers: int) -> int:
     return int(len(crossed) > 0)
 
 
+def healthy_case(job: tuple[str, Row, float]) -> Ended:
+    """Sail a row of a suite with a fence two stopping distances outside of its way; the guard must not act."""
+    suite, row, longest = job
+    scenario, _ = prepare(Task(row, "guided", None))
+    scenario = scenario.changed({"vessel_sim.duration": min(longest, scenario.vessel_sim.duration)})
+    free = ClosedLoop(scenario)
+    free.run()
+    found = free.result()
+    far = [-1e5, -1e5, 1e5, -1e5, 1e5, 1e5, -1e5, 1e5, -1e5, -1e5]
+    guard = make_control_loop(scenario.changed({"controller.safety.fence.inside": far}).controller).watch.fence  # type: ignore[union-attr]
+    assert guard is not None  # noqa: S101 - it has one
+    still = stop(Motion(0.0, 0.0, 0.0, float(np.abs(found.state[:, 3]).max()), 0.0, 0.0), 0.0, 0.0, guard.braking, Water())
+    room = 2.0 * (still.distance + still.radius)
+    ways = np.concatenate([found.state[:, :2], found.reference[:, :2]])
+    low, high = ways.min(axis=0) - room, ways.max(axis=0) + room
+    ring = [low[0], low[1], high[0], low[1], high[0], high[1], low[0], high[1], low[0], low[1]]
+    fenced = ClosedLoop(scenario.changed({"controller.safety.fence.inside": ring}))
+    loop = fenced._loop._loop  # type: ignore[attr-defined]
+    loop.law.kernel = compiled(type(loop.law).kernel)
+    fenced.run()
+    acted = not np.array_equal(fenced.result().state, found.state)
+    return Ended(0, room / guard._length, acted, f"{suite} {row.name}", loop.watch.fence.detail)
+
+
+def healthy(longest: float, workers: int) -> int:
+    """Sail the suites guided and boats with a fence outside of their ways."""
+    jobs = [(suite, row, longest) for suite in ("guided", "boats") for row in load_suite(suite)]
+    acted = []
+    with ProcessPoolExecutor(workers) as pool:
+        for k, ended in enumerate(pool.map(healthy_case, jobs)):
+            acted += [ended.described] * ended.acted
+            print(
+                f"{k + 1}/{len(jobs)} {ended.described}: {'ACTED' if ended.acted else 'ok'} {ended.room:.1f} {ended.error}",
+                flush=True,
+            )
+    print(f"{len(jobs)} healthy runs of up to {longest:g} s: the guard acted in {len(acted)}")
+    return int(bool(acted))
+
+
 def main() -> int:
     """Draw, simulate and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("what", choices=("stops", "runs"))
+    parser.add_argument("what", choices=("stops", "runs", "healthy"))
     parser.add_argument("--count", type=int)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--law", default="guided")
     parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--longest", type=float, default=1e6, help="length of a healthy run, s; that of its row by default")
     given = parser.parse_args()
+    if given.what == "healthy":
+        return healthy(given.longest, given.workers)
     if given.what == "stops":
         return stops(given.count or 1_000_000, given.seed)
     return runs(given.count or 1000, given.seed, given.law, given.workers)
