@@ -279,10 +279,13 @@ def healthy_case(job: tuple[str, Row, float]) -> Ended:
     free.run()
     found = free.result()
     far = [-1e5, -1e5, 1e5, -1e5, 1e5, 1e5, -1e5, 1e5, -1e5, -1e5]
-    guard = make_control_loop(scenario.changed({"controller.safety.fence.inside": far}).controller).watch.fence  # type: ignore[union-attr]
+    loop = make_control_loop(scenario.changed({"controller.safety.fence.inside": far}).controller)
+    guard = loop.watch.fence if loop.watch else None
     assert guard is not None  # noqa: S101 - it has one
-    still = stop(Motion(0.0, 0.0, 0.0, float(np.abs(found.state[:, 3]).max()), 0.0, 0.0), 0.0, 0.0, guard.braking, Water())
-    room = 2.0 * (still.distance + still.radius)
+    # The stopping distance at the largest speed, in water without a current but with the first doubt about it, and the margin.
+    water = Water(*(loop.law.water or (0j, 0.0, 0.0, 0.0)))
+    still = stop(Motion(0.0, 0.0, 0.0, float(np.abs(found.state[:, 3]).max()), 0.0, 0.0), 0.0, 0.0, guard.braking, water)
+    room = 2.0 * (still.distance + still.radius) + 0.5 * guard._length
     ways = np.concatenate([found.state[:, :2], found.reference[:, :2]])
     low, high = ways.min(axis=0) - room, ways.max(axis=0) + room
     ring = [low[0], low[1], high[0], low[1], high[0], high[1], low[0], high[1], low[0], low[1]]

@@ -179,6 +179,22 @@ GUARANTEES: tuple[Guarantee, ...] = (
             f"{FENCED}::test_it_never_releases_a_vessel_that_is_outside",
             f"{FENCED}::test_it_lets_the_law_command_once_vessel_and_reference_are_inside_for_some_time",
             "control/safety/test_stopping.py::test_no_drawn_stop_through_lag_and_rate_limit_is_longer",
+            f"{STANDBY}::test_a_vessel_that_comes_too_near_to_its_fence_is_stopped_with_the_distances",
+            "processes/test_run_at_a_fence.py::test_a_run_at_a_fence_is_stopped_and_held_inside_as_offline",
+        ),
+    ),
+    Guarantee(
+        "the vessel is outside of its fence when the controller is enabled; a scenario, goal or path leaves it",
+        "at the start, or with the message",
+        "none",
+        "refused with place or leg, and distance",
+        "a person steers the vessel inside, then `~/enable`; another goal or path",
+        (Reason.IN_STANDBY,),
+        (
+            f"{STANDBY}::test_a_vessel_outside_of_its_fence_is_not_enabled_until_it_is_inside",
+            "guidance/test_fence_check.py::test_a_scenario_whose_reference_leaves_the_fence_is_refused",
+            "guidance/test_fence_check.py::test_a_vessel_or_reference_that_begins_outside_is_refused",
+            "nodes/test_goals.py::test_a_goal_or_path_outside_of_the_fence_is_refused_with_its_leg",
         ),
     ),
     Guarantee(
