@@ -56,6 +56,8 @@ def test_resistance_shortens_a_stop_and_a_following_current_lengthens_it() -> No
     following, opposing = (stopped(2.0, water=Water(current, 0.0, 0.2)) for current in (0.8 + 0j, -0.8 + 0j))
     assert opposing.distance <= resisting.distance < still.distance
     assert resisting.distance < following.distance
+    # g_0 = 0.2·(0.8 - 2), and g = g_0 + 1.25·0.2·2
+    assert following.distance == pytest.approx(4.0 / (2.0 * 0.5) * math.log(1.0 + 0.5 / (0.5 - 0.26)))
 
 
 def test_a_vessel_that_the_current_pushes_as_hard_as_it_can_never_stops() -> None:
