@@ -75,12 +75,16 @@ def _make_fence_guard(parameters: ControllerParameters, authority: Authority) ->
     fence = fence_of(parameters.safety.fence, "controller.safety.fence")
     if fence is None:
         return None
+    return FenceGuard(parameters.safety.fence, fence, braking_of(parameters), authority, parameters.vessel.length)
+
+
+def braking_of(parameters: ControllerParameters) -> Braking:
+    """What a vessel can do against its motion, by what is declared of it."""
     vessel, inputs, period = parameters.vessel, dynamics(parameters.vessel), 1.0 / parameters.rate_hz
     late = inputs.yaw.dead_time + inputs.yaw.lag + period
     turn, heading = TURN_INTO_CURRENT * unit_time(vessel) + late, unit_time(vessel) + 2.0 * late
     m, surge = vessel.surge_inertia, inputs.surge
-    braking = Braking(vessel.surge_force_limit / m, surge.lag, surge.dead_time, surge.rate / m, turn, heading, period)
-    return FenceGuard(parameters.safety.fence, fence, braking, authority, vessel.length)
+    return Braking(vessel.surge_force_limit / m, surge.lag, surge.dead_time, surge.rate / m, turn, heading, period)
 
 
 def _make_fallback(parameters: ControllerParameters) -> Fallback | None:

@@ -14,8 +14,8 @@ class View {
 }
 
 class ShipMap {
-  constructor({ tracks, plans, fences, hull, marks }, clock, colours) {
-    Object.assign(this, { tracks, plans, fences, hull, clock, colours, marks, view: new View(), following: false, moved: false });
+  constructor({ tracks, plans, fences, stops, hull, marks }, clock, colours) {
+    Object.assign(this, { tracks, plans, fences, stops, hull, clock, colours, marks, view: new View(), following: false, moved: false });
     this.box = document.querySelector("#map .view");
     this.canvas = this.box.querySelector("canvas");
     this.hulls = tracks.map((track) => makeHull(track, hull));
@@ -141,6 +141,7 @@ class ShipMap {
     drawGrid(pen, this.view, this.colours);
     for (const ring of this.fences) drawFence(pen, ring, this.view, this.colours);
     for (const plan of this.plans) drawPlan(pen, plan, this.view, this.colours);
+    for (const stop of this.stops) drawStop(pen, stop, this.tracks, this.view, time, this.colours);
     for (const track of this.tracks) drawTrack(pen, track, this.view, time, this.colours);
     for (const mark of this.marks) drawMark(pen, mark, this.tracks, this.view, this.colours);
     poses.forEach((pose, i) => this.placeHull(this.hulls[i], pose));
