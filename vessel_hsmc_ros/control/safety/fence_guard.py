@@ -80,33 +80,37 @@ class FenceGuard(Monitor):
         observes it; None for what it was before, and for the declared current, from anywhere, where it never does. `reference`:
         where the law would go. `period`: s.
         """
-        p = complex(motion.x, motion.y)
         acting = self._acting(force / self._authority.inertia[0], math.copysign(1.0, motion.u), period)
         self._water = self._water if water is None else Water(*water)
         self.stop = found = stop(motion, acting, age, self.braking, self._water)
-        room = self._room(found.way) - found.radius
-        self._touches = not room > 0.0
-        if self._touches and self.alarm is Alarm.OK:
-            self.alarm, self._heading = Alarm.SAFE, motion.psi
-            self._side = math.copysign(1.0, motion.u)
-            self.detail = self._explained(p, found)
+        self._touches = not self._room(found.way) - found.radius > 0.0  # also where it is not a number
+        if self.alarm is Alarm.SAFE:
+            self._release(complex(reference.x, reference.y), period)
+        elif self._touches:
+            self.alarm, self.detail = Alarm.SAFE, self._explained(complex(motion.x, motion.y), found)
+            self._side, self._heading = math.copysign(1.0, motion.u), motion.psi
             self._leave_fence(found)
-        elif self.alarm is Alarm.SAFE:
-            goal = complex(reference.x, reference.y)
-            good = not self._touches and self._room(np.array([goal, goal])) > 0.0
-            self._absent = self._absent + period if good else 0.0
-            if self._absent >= RELEASE_TIME:
-                self.alarm, self.detail, self._absent = Alarm.OK, "", 0.0
         if self._side * motion.u <= 0.0:
             self._side = 0.0
         if self._touches and not self._side and abs(motion.u) > 2.0 * self.braking.deceleration * found.delay:
             self._side, self._heading = math.copysign(1.0, motion.u), motion.psi
-        if self.alarm is Alarm.OK and (not self._crumbs or abs(p - self._crumbs[-1]) >= self._length):
-            self._crumbs.append(p)
-        returns = self.parameters.action == "return" and len(self._crumbs) > 1
-        if self.alarm is Alarm.SAFE and returns and abs(p - self._crumbs[-1]) < self._length:
-            self._crumbs.pop()
+        self._keep_way(complex(motion.x, motion.y))
         return Reason.FENCE if self.alarm is Alarm.SAFE else Reason.NONE
+
+    def _release(self, goal: complex, period: float) -> None:
+        """End the alarm once the vessel would stop inside and its reference is inside, for RELEASE_TIME."""
+        good = not self._touches and self._room(np.array([goal, goal])) > 0.0
+        self._absent = self._absent + period if good else 0.0
+        if self._absent >= RELEASE_TIME:
+            self.alarm, self.detail, self._absent = Alarm.OK, "", 0.0
+
+    def _keep_way(self, p: complex) -> None:
+        """Keep a place of the way, or on the way back, go on to the place before."""
+        near = bool(self._crumbs) and abs(p - self._crumbs[-1]) < self._length
+        if self.alarm is Alarm.OK and not near:
+            self._crumbs.append(p)
+        elif self.alarm is Alarm.SAFE and self.parameters.action == "return" and near and len(self._crumbs) > 1:
+            self._crumbs.pop()
 
     def _acting(self, acceleration: float, side: float, period: float) -> float:
         """The largest surge force along the motion that may still act: a command that has ended fades with lag and dead time."""
