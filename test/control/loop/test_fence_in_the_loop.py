@@ -42,6 +42,10 @@ def test_a_boat_that_sails_at_its_fence_is_held_inside(law: str, current: comple
     assert 5.0 < np.abs(track).max() < 20.0
     assert (loop.supervision.operation, loop.supervision.reason) == (Operation.SAFE, Reason.FENCE)
     assert np.hypot(*(track[-1] - track[-50])) < 1.0, "it keeps station"
+    if law == "guided":
+        observed, doubt, decay, _ = loop.law.water
+        assert abs(observed - current) < max(doubt, 0.15)
+        assert 0.05 < decay < 2.0
 
 
 def test_a_boat_returns_along_its_way_to_where_it_began() -> None:
