@@ -121,6 +121,26 @@ def test_a_mission_that_leaves_its_fence_is_refused() -> None:
     assert not Path("out.yaml").exists()
 
 
+def test_the_fence_of_a_mission_is_written_for_controller_and_reference() -> None:
+    square = [(63.4390, 10.3870), (63.4390, 10.3930), (63.4430, 10.3930), (63.4430, 10.3870)]
+    circle = {"circle": {"center": [63.4400, 10.3880], "radius": 20.0}, "inclusion": False, "version": 1}
+    polygon = {"inclusion": True, "polygon": [list(corner) for corner in square], "version": 1}
+    fence = {"circles": [circle], "polygons": [polygon], "version": 2}
+    text = plan([waypoint_item(k, place) for k, place in enumerate(PLACES, 1)], geoFence=fence)
+    assert call(text, "--datum", "63.4401,10.3901", "--into", "out.yaml").exception is None
+    changes = read_changes(Path("out.yaml"))
+    begin = {f"{node}.initial_pose": [1.0, 1.0, 0.0] for node in ("vessel_sim", "reference_ship")}
+    scenario = load_scenario("survey", {**changes, **begin})
+    own, planned = scenario.controller.safety.fence, scenario.reference_ship.fence
+    assert (own.inside, own.outside) == (planned.inside, planned.outside)
+    assert len(own.inside) == 10
+    corners = np.array(own.outside).reshape(-1, 2)
+    center = corners[:-1].mean(axis=0)
+    assert np.hypot(*(corners - center).T) == pytest.approx(20.0 / np.cos(np.pi / 64), rel=1e-6)
+    with pytest.raises(ParameterError, match="must be inside of the fence"):
+        load_scenario("survey", {**changes, "vessel_sim.initial_pose": [500.0, 0.0, 0.0]})
+
+
 def test_the_area_of_a_file_is_surveyed_with_a_swath() -> None:
     ring = positions([*PLACES, PLACES[0]])
     text = geojson(feature("Polygon", [ring]))

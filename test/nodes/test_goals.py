@@ -33,8 +33,8 @@ class Follower:
         self.references = bench.collect(ReferenceState, "reference")
         self.statuses = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
 
-    def start(self, mode: Any) -> Any:
-        node = self.bench.start(ReferenceShipNode, mode=mode, initial_pose=START, rate_hz=RATE_HZ)
+    def start(self, mode: Any, **more: Any) -> Any:
+        node = self.bench.start(ReferenceShipNode, mode=mode, initial_pose=START, rate_hz=RATE_HZ, **more)
         publisher = self.goals if mode == "goal" else self.paths
         self.bench.until(lambda: publisher.get_subscription_count() and self.references)
         return node
@@ -122,6 +122,18 @@ def test_a_path_is_followed_without_a_jump(bench: Any, follower: Any) -> None:
     assert_continuous(states, accelerations)
     assert math.dist(states[-1, :2], (-20.0, 30.0)) < 0.06
     assert np.hypot(states[:, 0] + 20.0, states[:, 1] - 3.0).min() < 6.0
+
+
+def test_a_goal_or_path_outside_of_the_fence_is_refused_with_its_leg(bench: Any, follower: Any) -> None:
+    square = [-30.0, -30.0, 30.0, -30.0, 30.0, 30.0, -30.0, 30.0, -30.0, -30.0]
+    for mode, message in (("goal", pose(-40.0, 0.0, 0.0)), ("path", path((-20.0, 0.0), (-20.0, 45.0)))):
+        node = follower.start(mode, fence__inside=square)
+        follower.send(message)
+        follower.until_refused(
+            node, f"{mode} must stay within reference_ship.fence (got one whose leg {1 + (mode == 'path')} leaves"
+        )
+        bench.stop(node)
+        follower.references.clear()
 
 
 def broken(message: Any, **numbers: Any) -> Any:

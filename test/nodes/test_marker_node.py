@@ -45,6 +45,13 @@ def test_a_hull_is_shown_at_the_pose_of_the_ship_and_none_for_a_missing_referenc
     assert max(p.y for p in ship.points) - min(p.y for p in ship.points) == pytest.approx(10.0)
 
 
+def test_the_sides_of_a_fence_are_lines_in_the_frame_of_the_odometry(bench: Any, sail: Any) -> None:
+    bench.start(MarkerNode, fence__outside=[0.0, 0.0, 10.0, 0.0, 10.0, 10.0, 0.0, 0.0])
+    ship, fence = sail(7, 3.0)
+    assert (ship.ns, fence.ns, fence.type, fence.header.frame_id) == ("ship", "fence", Marker.LINE_LIST, "odom")
+    assert [(p.x, p.y) for p in fence.points] == [(0, 0), (10, 0), (10, 0), (10, 10), (10, 10), (0, 0)]
+
+
 def test_the_reference_has_a_hull_and_a_path_of_its_own(bench: Any, sail: Any) -> None:
     references, paths = (
         bench.publisher(ReferenceState, "reference", lockstep=False),

@@ -7,8 +7,9 @@ import pytest
 import rclpy
 from driving import REFERENCE, STATE, RealTimePlant
 from std_srvs.srv import SetBool
-from vessel_hsmc_msgs.msg import ControlState
+from vessel_hsmc_msgs.msg import ControlState, Event
 
+from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
@@ -107,6 +108,41 @@ def test_a_reference_out_of_reach_is_refused_with_both_places_until_it_is_near(b
     sea.desired[:2] = 597_003.0, 6_640_000.0
     sea.run(0.3)
     assert sea.states[-1].operation == ControlState.ACTIVE
+
+
+SQUARE = [-50.0, -50.0, 50.0, -50.0, 50.0, 50.0, -50.0, 50.0, -50.0, -50.0]
+
+
+def test_a_vessel_outside_of_its_fence_is_not_enabled_until_it_is_inside(bench: Any, sea: RealTimePlant) -> None:
+    sea.state = STATE.copy()
+    sea.state[:2] = 60.0, 0.0
+    sea.start(ControllerNode, law="guided", start_enabled=True, safety__fence__inside=SQUARE)
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.STANDBY
+    answer = enable(bench)
+    assert not answer.success
+    assert "the vessel at (60, 0) m is 10.0 m outside of safety.fence: steer it inside by hand" in answer.message
+    sea.state = STATE
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.ACTIVE
+
+
+def test_a_vessel_that_comes_too_near_to_its_fence_is_stopped_with_the_distances(
+    sea: RealTimePlant, capfd: pytest.CaptureFixture[str]
+) -> None:
+    events = sea.bench.collect(Event, "events", qos.EVENTS)
+    sea.start(ControllerNode, law="guided", start_enabled=True, safety__fence__inside=SQUARE, safety__fence__margin=5.0)
+    sea.run(0.3)
+    assert sea.states[-1].operation == ControlState.ACTIVE
+    sea.state = STATE.copy()
+    sea.state[:4] = 44.0, 0.0, 0.0, 2.0
+    sea.run(0.3)
+    assert (sea.states[-1].operation, sea.states[-1].reason) == (ControlState.SAFE, ControlState.FENCE)
+    assert sea.wrenches()[-1][0] == pytest.approx(-2e5), "all of the force astern"
+    sea.bench.until(lambda: any(each.kind == "fence" and "the fence is 6.0 m away" in each.text for each in events))
+    err = capfd.readouterr().err
+    assert "the vessel could not stop inside of the fence: the vessel stops in" in err
+    assert "the fence is 6.0 m away, with a margin of 5.0 m; the safe action is commanded" in err
 
 
 FILE = """\

@@ -13,9 +13,9 @@ from records import make_run, record
 
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.track_errors import TrackErrors
-from vessel_hsmc_ros.report import Record, making, page
+from vessel_hsmc_ros.report import Record, figures, making, page
 from vessel_hsmc_ros.report.making import Options
-from vessel_hsmc_ros.report.overlay import Plan, overlays, plans
+from vessel_hsmc_ros.report.overlay import Plan, fences, overlays, plans, stops
 from vessel_hsmc_ros.report.page_kit import TRACK_POINTS, Payload
 from vessel_hsmc_ros.report.panels import Line, Panel
 from vessel_hsmc_ros.report.record import Limit, planned
@@ -92,6 +92,40 @@ def test_runs_with_unlike_plans_show_both_and_runs_with_one_plan_show_it_once() 
         300.0 + 200.0j,
         300.0 + 350.0j,
     ]
+
+
+def test_the_fence_of_runs_is_drawn_once_in_page_and_figure() -> None:
+    square = [-400.0, -400.0, 400.0, -400.0, 400.0, 400.0, -400.0, 400.0, -400.0, -400.0]
+    fenced = replace(
+        spiral("one", 0.0, 20.0, 0.0), scenario=load_scenario("waypoints", {"controller.safety.fence.inside": square})
+    )
+    free = replace(fenced, scenario=load_scenario("waypoints"))
+    records = [fenced, fenced]
+    assert fences(records) == [(-400 - 400j, 400 - 400j, 400 + 400j, -400 + 400j)]
+    assert page._content(records, overlays(records), page.hull_of(records))[0]["fences"] == [
+        [[-400.0, -400.0], [400.0, -400.0], [400.0, 400.0], [-400.0, 400.0]]
+    ]
+    assert fences([free]) == []
+    legends = [figures.track([one]).axes[0].get_legend() for one in (fenced, free)]
+    labels = [[text.get_text() for text in legend.get_texts()] for legend in legends if legend]
+    assert ["fence" in each for each in labels] == [True, False]
+    assert ['class="fence"' in page.render([one], "run", page.hull_of([one])) for one in (fenced, free)] == [True, False]
+
+
+def test_the_stopping_set_is_that_of_the_recorded_speed_and_force() -> None:
+    square = [-9e3, -9e3, 9e3, -9e3, 9e3, 9e3, -9e3, 9e3, -9e3, -9e3]
+    scenario = load_scenario("waypoints", {"controller.safety.fence.inside": square})
+    one = replace(spiral("one", 0.0, 20.0, 0.0), scenario=scenario)
+    state = one.run.state.copy()
+    state[:, 3] = np.linspace(2.0, -2.0, len(state))
+    moving = replace(one, run=replace(one.run, state=state, wrench=np.zeros((len(state), 2))))
+    (found,) = stops([moving, replace(one, scenario=None)])
+    assert (found.run, len(found.time)) == (0, len(state))
+    assert found.reach[0] == pytest.approx(-found.reach[-1])
+    vessel = scenario.controller.vessel
+    a = vessel.surge_force_limit / vessel.surge_inertia
+    assert found.reach[0] > 2.0**2 / (2.0 * a)
+    assert np.diff(found.reach).max() < 0.0
 
 
 def test_every_run_has_the_errors_of_its_own_legs_and_its_own_verdict(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -47,6 +47,7 @@ WATCHDOG = "boats/nodes/test_watchdog_node.py"
 STANDBY = "nodes/test_standby.py"
 MAVLINK = "boats/nodes/test_mavlink_node.py"
 PX4 = "boats/nodes/test_px4_node.py"
+FENCED = "control/safety/test_fence_guard.py"
 FORMS = "boats/nodes/test_faults_of_forms.py"
 TAKEN = f"{FRESH}::test_a_sample_is_taken_or_refused_with_its_reason"
 
@@ -176,6 +177,38 @@ GUARANTEES: tuple[Guarantee, ...] = (
             "control/safety/test_heading.py::test_a_bias_is_found_whatever_the_current",
             "control/safety/test_heading.py::test_a_heading_that_stands_still_leads_to_the_safe_action",
             "control/safety/test_heading.py::test_a_heading_that_fits_gives_no_alarm",
+        ),
+    ),
+    Guarantee(
+        "the vessel could not stop inside of its fence",
+        "as soon as its stopping set touches the fence (`controller.safety.fence`)",
+        PERIODS,
+        "all of the surge force against the motion, at once; then {controller.safety.fence.action}, by the law",
+        "by itself once vessel and reference have been inside for 5 s; never while the vessel is outside",
+        (Reason.FENCE,),
+        (
+            f"{FENCED}::test_it_intervenes_where_the_vessel_could_no_longer_stop_inside",
+            f"{FENCED}::test_it_brakes_with_all_of_its_force_until_the_vessel_goes_back",
+            f"{FENCED}::test_a_law_that_drives_at_the_fence_never_crosses_it",
+            f"{FENCED}::test_it_never_releases_a_vessel_that_is_outside",
+            f"{FENCED}::test_it_lets_the_law_command_once_vessel_and_reference_are_inside_for_some_time",
+            "control/safety/test_stopping.py::test_no_drawn_stop_through_lag_and_rate_limit_is_longer",
+            f"{STANDBY}::test_a_vessel_that_comes_too_near_to_its_fence_is_stopped_with_the_distances",
+            "processes/test_run_at_a_fence.py::test_a_run_at_a_fence_is_stopped_and_held_inside_as_offline",
+        ),
+    ),
+    Guarantee(
+        "the vessel is outside of its fence when the controller is enabled; a scenario, goal or path leaves it",
+        "at the start, or with the message",
+        "none",
+        "refused with place or leg, and distance",
+        "a person steers the vessel inside, then `~/enable`; another goal or path",
+        (Reason.IN_STANDBY,),
+        (
+            f"{STANDBY}::test_a_vessel_outside_of_its_fence_is_not_enabled_until_it_is_inside",
+            "guidance/test_fence_check.py::test_a_scenario_whose_reference_leaves_the_fence_is_refused",
+            "guidance/test_fence_check.py::test_a_vessel_or_reference_that_begins_outside_is_refused",
+            "nodes/test_goals.py::test_a_goal_or_path_outside_of_the_fence_is_refused_with_its_leg",
         ),
     ),
     Guarantee(
@@ -426,6 +459,10 @@ REMEDIES: dict[Reason, str] = {
     Reason.HEADING: (
         "Compare the compass with the course on a straight way without current, correct it (`navsat_odom.heading_offset`), then"
         " call `~/reset`."
+    ),
+    Reason.FENCE: (
+        "The log says how far it goes and how far the fence is. Give a goal or path inside, or call `~/stop` and steer it back by"
+        " hand."
     ),
     Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
     Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",

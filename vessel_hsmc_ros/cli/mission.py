@@ -13,6 +13,7 @@ from rich.markup import escape
 
 from vessel_hsmc_ros.boats.missions.legs import (
     completed,
+    fence_of_mission,
     leaving_fence,
     parameters_of,
     part_of,
@@ -265,17 +266,20 @@ def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
 
 
 def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> None:
-    """Write the parameters of the reference ship.
+    """Write the parameters of the reference ship, and the fence for it and the controller.
 
     Raises:
+        ParameterError: the fence has a polygon that is none.
         ScenarioError: the file exists, or cannot be written.
     """
     datum = f", datum {found.datum[0]:.9f},{found.datum[1]:.9f}" if found.datum else ""
+    fence = fence_of_mission(found.mission)
+    sections = {**fence, "reference_ship": {**values, **fence.get("reference_ship", {})}}
     head = f"# The mission {file.name.encode('ascii', 'replace').decode()}{datum}: parameters for --set @FILE.\n"
     try:
         with into.open("x", encoding="utf-8") as stream:
             stream.write("".join(c if c.isprintable() or c == "\n" else "?" for c in head))
-            stream.write(dump_parameters({"reference_ship": values}))
+            stream.write(dump_parameters(sections))
     except FileExistsError:
         raise ScenarioError(f"{into} exists and is not overwritten: choose another name, or delete it") from None
     except OSError as error:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.fence import Fence, FenceParameters, allowed, fence_of
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.guidance.corners import THROUGH
@@ -16,9 +17,10 @@ from vessel_hsmc_ros.guidance.course import CourseReference, CourseReferencePara
 from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace
 from vessel_hsmc_ros.guidance.curve_reference import CurveReference
 from vessel_hsmc_ros.guidance.feasibility import LARGEST_DRIFT, check_feasible
+from vessel_hsmc_ros.guidance.fence_check import leaving, track_leaving
 from vessel_hsmc_ros.guidance.following import FollowingReference, waiting_of
 from vessel_hsmc_ros.guidance.goal import GoalReference
-from vessel_hsmc_ros.guidance.goal_parameters import GoalParameters
+from vessel_hsmc_ros.guidance.goal_parameters import GoalParameters, scheduled_goals
 from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
 from vessel_hsmc_ros.guidance.motion_filter import Filter, Filtered, MotionLimits, filter_of
 from vessel_hsmc_ros.guidance.path_parameters import PATH, PathParameters, Point, scheduled_path
@@ -175,6 +177,7 @@ class ReferenceShipParameters(VirtualShipParameters):
     lawnmower: LawnmowerParameters = group(LawnmowerParameters)
     expanding_square: ExpandingSquareParameters = group(ExpandingSquareParameters)
     spiral: SpiralParameters = group(SpiralParameters)
+    fence: FenceParameters = group(FenceParameters)
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
@@ -182,7 +185,7 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
 
     `period`: time between two published states, s. Raises ParameterError if times and values of an input, goal or waypoint list
     differ in number, times do not increase, or the ship cannot travel the curve within its limits, or its inputs exceed them,
-    or a mode that is no planned track is to follow the vessel.
+    or a mode that is no planned track is to follow the vessel, or it leaves its fence.
     """
     if parameters.follow == "vessel" and parameters.mode not in (*PLANNED, *CURVES):
         raise ParameterError(
@@ -190,7 +193,27 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
             f" of the modes {', '.join((*PLANNED, *CURVES))}"
         )
     reference = REFERENCES[parameters.mode](parameters, period)
+    if fence := fence_of(parameters.fence, "reference_ship.fence"):
+        check_within(fence, parameters, reference)
     return _following(reference, parameters, period) if parameters.follow == "vessel" else reference
+
+
+def check_within(fence: Fence, p: ReferenceShipParameters, reference: Any) -> None:
+    """Check that a reference begins inside of a fence, and that its goals or planned track stay there.
+
+    A curve or an input program has no end: the vessel is stopped where it leaves the fence. `reference`: one that does not follow
+    the vessel. Raises ParameterError if it leaves the fence.
+    """
+    begin = complex(*p.initial_pose[:2])
+    if not allowed(fence, begin):
+        raise ParameterError(f"reference_ship.initial_pose must be inside of the fence (got ({begin.real:g}, {begin.imag:g}) m)")
+    problem = ""
+    if p.mode in PLANNED:
+        problem = track_leaving(fence, reference.track)
+    elif p.mode == "goal" and (goals := [complex(x, y) for time, (x, y, _) in scheduled_goals(p.goal) if time >= 0.0]):
+        problem = leaving(fence, np.array([begin, *goals]), range(1, len(goals) + 1))
+    if problem:
+        raise ParameterError(f"reference_ship.{p.mode} must stay within the fence (got one whose {problem})")
 
 
 def _following(reference: Reference, parameters: ReferenceShipParameters, period: float) -> Reference:

@@ -197,6 +197,8 @@ class ControllerNode(TimedNode):
                 text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
                 if monitor.alarm is Alarm.SAFE:
                     self.get_logger().error(f"{text}; {self.loop.supervision.consequence}")
+                    if monitor.reason is Reason.FENCE and self.loop.enabled:
+                        self.reporter.event("fence", monitor.detail)
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm

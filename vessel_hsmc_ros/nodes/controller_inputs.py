@@ -12,7 +12,7 @@ from vessel_hsmc_msgs.msg import ReferenceState
 from vessel_hsmc_ros.control.interface.terms import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
 from vessel_hsmc_ros.control.safety.dead_reckoning import DeadReckoning
-from vessel_hsmc_ros.control.safety.enabling import distance_problem
+from vessel_hsmc_ros.control.safety.enabling import distance_problem, fence_problem
 from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.control.safety.samples import Jumps, Sample, Verdict
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError
@@ -181,11 +181,12 @@ class ControllerInputs:
             return None
 
     def distance_problem(self) -> str:
-        """That the reference is farther from the vessel than one that is meant; empty if it is not, or is not known."""
+        """That the vessel is outside of its fence, or the reference too far away; empty if neither is, or it is not known."""
         if self._measured is None or self._desired is None:
             return ""
-        p = self._node.parameters
-        return distance_problem(self._measured[1], self._desired.motion, p.vessel.length, p.safety.enable_distance)
+        p, watch = self._node.parameters, self._loop.watch
+        outside = fence_problem(self._measured[1], watch.fence.fence if watch and watch.fence else None)
+        return outside or distance_problem(self._measured[1], self._desired.motion, p.vessel.length, p.safety.enable_distance)
 
     def _held_out(self, now: int) -> tuple[str, Reason] | None:
         """That all odometry for the time-out was held out as jumps, so that its last good sample is too old."""

@@ -13,6 +13,7 @@ from std_msgs.msg import ColorRGBA
 from vessel_hsmc_msgs.msg import ReferenceState
 from visualization_msgs.msg import Marker, MarkerArray
 
+from vessel_hsmc_ros.core.fence import Fence, fence_of
 from vessel_hsmc_ros.core.hull import triangles
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
@@ -23,10 +24,11 @@ from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
 SPACING = 0.5  # distance between two poses of a path, m
 COLOURS = {"ship": (0.0, 0.45, 0.70, 0.9), "reference": (0.84, 0.37, 0.0, 0.4)}
+FENCE_COLOUR, FENCE_WIDTH = (0.8, 0.2, 0.2, 0.9), 0.2  # of the sides of the fence, m
 
 
 class MarkerNode(VesselNode):
-    """Publishes `markers`, `ship/path`, `reference/path`, and /tf where tf2_msgs is installed, in the frames of the odometry."""
+    """Publishes `markers`, with the fence, paths, and /tf where tf2_msgs is installed, in the frames of the odometry."""
 
     NAME = "markers"
     INTERFACE = """
@@ -42,6 +44,8 @@ class MarkerNode(VesselNode):
         self._latest: dict[str, Any] = {}
         self._paths = {name: Path() for name in COLOURS}
         self._markers = MarkerArray(markers=[self._marker(number, name) for number, name in enumerate(COLOURS)])
+        fence = fence_of(self.parameters.fence, "markers.fence")
+        self._fence = None if fence is None else fence_marker(fence)
         self._marker_publisher = self.create_publisher(MarkerArray, "markers", qos.STREAM)
         self._path_publishers = {name: self.create_publisher(Path, f"{name}/path", qos.STREAM) for name in COLOURS}
         self._transforms = self._transform_publisher() if self.parameters.publish_tf else None
@@ -86,6 +90,9 @@ class MarkerNode(VesselNode):
                 self._extend(marker.ns, marker)
         # Without a message there is no pose: a hull at the origin would be wrong.
         known = [marker for marker in self._markers.markers if marker.ns in self._latest]
+        if self._fence and "ship" in self._latest:
+            self._fence.header = self._latest["ship"].header
+            known.append(self._fence)
         if known:
             self._marker_publisher.publish(MarkerArray(markers=known))
         if self._transforms and "ship" in self._latest:
@@ -109,6 +116,16 @@ class MarkerNode(VesselNode):
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of poses in each path."""
         return OK, "publishing", {f"{name}_path": len(path.poses) for name, path in self._paths.items()}
+
+
+def fence_marker(fence: Fence) -> Marker:
+    """The sides of a fence as lines."""
+    marker = Marker(ns="fence", id=len(COLOURS), type=Marker.LINE_LIST, action=Marker.ADD)
+    marker.scale.x = FENCE_WIDTH
+    marker.color = ColorRGBA(**dict(zip("rgba", FENCE_COLOUR, strict=True)))
+    ends = [place for side in zip(fence.begin, fence.end, strict=True) for place in side]
+    marker.points = [Point(x=float(place.real), y=float(place.imag), z=0.0) for place in ends]
+    return marker
 
 
 def main(arguments: list[str] | None = None) -> int:

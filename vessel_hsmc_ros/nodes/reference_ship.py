@@ -10,14 +10,17 @@ from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
+from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.fence_check import leaving
 from vessel_hsmc_ros.guidance.path_parameters import Point
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
@@ -117,6 +120,7 @@ class ReferenceShipNode(VesselNode):
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
         self._ship: Any = make_reference(p, self._grid.period)
+        self._fence = fence_of(p.fence, "reference_ship.fence")
         self._refused = self._goal = ""
         self._goal_stamp: float | None = None
         self._index = 0
@@ -203,6 +207,7 @@ class ReferenceShipNode(VesselNode):
         def work() -> None:
             x, y, psi, stamp = read_goal(message, self._frames, self._here)
             self._check_order(stamp)
+            self._require_within([(x, y)])
             self._ship.set_goal(x, y, psi, stamp)
             self._name_frame(message.header.frame_id)
             # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
@@ -222,6 +227,12 @@ class ReferenceShipNode(VesselNode):
         """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
         self._reference.header.frame_id = self._pose.header.frame_id = frame
 
+    def _require_within(self, points: Sequence[Point]) -> None:
+        """Refuse a goal or a path that leaves the fence. Raises GoalError with the leg and the distance."""
+        way = np.array([complex(*p) for p in (self._here, *points)])
+        if self._fence and (problem := leaving(self._fence, way, range(1, len(way)))):
+            raise GoalError(f"{self.parameters.mode} must stay within reference_ship.fence (got one whose {problem})")
+
     def _check_order(self, stamp: float | None) -> None:
         """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps.
 
@@ -240,6 +251,7 @@ class ReferenceShipNode(VesselNode):
 
         def work() -> None:
             points = read_path(message, self._frames, self._here)
+            self._require_within(points)
             self._ship.set_path(points)
             self._follow(message, points)
 
@@ -249,7 +261,9 @@ class ReferenceShipNode(VesselNode):
         message, self._path = self._path, None
 
         def work() -> None:
-            self._planning.start(read_path(message, self._frames, self._here))
+            points = read_path(message, self._frames, self._here)
+            self._require_within(points)
+            self._planning.start(points)
             self._planned = message
 
         self._take(work)

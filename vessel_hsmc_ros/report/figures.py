@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, overlays, plans, tracks
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, fences, overlays, plans, tracks
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line, buckets, thin, thin_time
 from vessel_hsmc_ros.report.record import Limit, Mark, Record, control_intervals
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, ROLE_COLOURS, SHIP, series_colour
@@ -72,6 +72,9 @@ def track(records: Sequence[Record]) -> Figure:
             )
         x, y = np.array([(point.real, point.imag) for point in plan.waypoints]).reshape(-1, 2).T
         axis.plot(x, y, "o", mfc="none", mec=NEUTRAL, ms=6)
+    for number, ring in enumerate(fences(records)):
+        x, y = np.array([(corner.real, corner.imag) for corner in (*ring, ring[0])]).T
+        axis.plot(x, y, color=NEUTRAL, lw=1.2, ls="--", label=None if number else "fence")
     for each in tracks(records)[::-1]:  # ships come first in the list and are drawn last, on top of the references
         role = DESIRED if each.role == REFERENCE else MAIN
         colour = _colour(each.run, role, len(records) == 1)

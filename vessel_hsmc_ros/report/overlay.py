@@ -6,14 +6,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.control.safety.stopping import Water, stop
+from vessel_hsmc_ros.core.fence import fence_of
+from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.guidance.planned_track import outline
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
 from vessel_hsmc_ros.report.record import Record, recorded
+from vessel_hsmc_ros.scenario.control import braking_of
 
 Array = NDArray[np.float64]
 
 SHIP, REFERENCE = "ship", "reference"
 
+STOPS = 1000  # times at which the stopping set of a run is drawn
 OUTLINE = 2000  # number of points of a planned stretch between two stops
 
 
@@ -94,6 +99,42 @@ def plans(records: Sequence[Record]) -> list[Plan]:
         if record.track is not None:
             found.setdefault(record.track.waypoints, Plan(tuple(outline(record.track, OUTLINE)), record.track.waypoints))
     return list(found.values())
+
+
+def fences(records: Sequence[Record]) -> list[tuple[complex, ...]]:
+    """The corners of the fences of all runs, polygon by polygon, each once, m."""
+    found: dict[tuple[complex, ...], None] = {}
+    for record in records:
+        fence = fence_of(record.scenario.controller.safety.fence, "fence") if record.scenario else None
+        found |= dict.fromkeys(tuple(map(complex, ring)) for ring in (fence.rings() if fence else ()))
+    return list(found)
+
+
+@dataclass(frozen=True)
+class Stops:
+    """Where the vessel of a run with a fence would come to rest in still water: how far ahead of it, and how far about that way.
+
+    `time`: (n,) s. `reach`: negative for astern, (n,) m. `radius`: (n,) m.
+    """
+
+    run: int
+    time: Array
+    reach: Array
+    radius: Array
+
+
+def stops(records: Sequence[Record]) -> list[Stops]:
+    """The stopping sets of all runs with a fence, as far as speed and force were recorded."""
+    return [_stops(k, record) for k, record in enumerate(records) if fences([record]) and recorded(record.run.wrench)]
+
+
+def _stops(number: int, record: Record) -> Stops:
+    run, p = record.run, record.scenario.controller  # type: ignore[union-attr] # a run with a fence has a scenario
+    picks = np.unique(np.linspace(0, len(run.time) - 1, min(len(run.time), STOPS)).astype(int))
+    braking, force = braking_of(p), run.wrench[picks, 0] / p.vessel.surge_inertia
+    found = [stop(as_motion(state), float(f), 0.0, braking, Water()) for state, f in zip(run.state[picks], force, strict=True)]
+    reach = np.array([each.distance for each in found]) * np.sign(run.state[picks, 3])
+    return Stops(number, run.time[picks], reach, np.array([each.radius for each in found]))
 
 
 def _with(overlay: Overlay, panel: Panel, name: str, run: int) -> Overlay:

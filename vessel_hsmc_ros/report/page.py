@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.figures import jitter_picture
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Track, overlays, plans, tracks
+from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Stops, Track, fences, overlays, plans, stops, tracks
 from vessel_hsmc_ros.report.page_kit import Payload
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.record import Record, leg_rows
@@ -75,6 +75,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         wide=len(records) > NARROW_RUNS,
         tracks=content["tracks"],
         planned=bool(content["plans"]),
+        fenced=bool(content["fences"]),
         legs=_legs(records),
         hull=hull,
         groups=_groups(overlaid),
@@ -110,6 +111,8 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
         "panels": [_panel(payload, overlay, alone) for overlay in overlaid],
         "tracks": [_track(payload, track, alone) for track in tracks(records)],
         "plans": [_plan(payload, plan) for plan in plans(records)],
+        "fences": [[[corner.real, corner.imag] for corner in ring] for ring in fences(records)],
+        "stops": [_stop(payload, each) for each in stops(records)],
         "marks": _marks(records),
     }
     return content, payload.text()
@@ -155,6 +158,12 @@ def _plan(payload: Payload, plan: Plan) -> dict[str, Any]:
     """Planned legs as the map draws them."""
     outlines = [payload.points(points) for points in plan.outlines]
     return {"outlines": outlines, "waypoints": [[point.real, point.imag] for point in plan.waypoints]}
+
+
+def _stop(payload: Payload, found: Stops) -> dict[str, Any]:
+    """A stopping set over time as the map draws it."""
+    arrays = {"time": payload.add(found.time, "f8"), "reach": payload.add(found.reach), "radius": payload.add(found.radius)}
+    return {"run": found.run, **arrays}
 
 
 def _legs(records: Sequence[Record]) -> list[dict[str, Any]]:

@@ -4,11 +4,15 @@ import dataclasses
 import math
 from typing import Any
 
+from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
 from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, Fallback, Watch
 from vessel_hsmc_ros.control.loop.controlled_point import ControlledPoint, controlled_point_of
+from vessel_hsmc_ros.control.safety.fence_guard import FenceGuard
 from vessel_hsmc_ros.control.safety.safe_action import Authority
+from vessel_hsmc_ros.control.safety.stopping import Braking
 from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import make_law, make_observer
@@ -19,6 +23,11 @@ def make_controlled_point(parameters: ControllerParameters) -> ControlledPoint:
     return controlled_point_of(parameters.vessel, 1.0 / parameters.rate_hz)
 
 
+def fenced(parameters: ControllerParameters) -> bool:
+    """Whether the vessel has a fence. Raises ParameterError as `fence_of`."""
+    return fence_of(parameters.safety.fence, "controller.safety.fence") is not None
+
+
 def may_intervene(parameters: ControllerParameters) -> bool:
     """Whether the supervision may change what the law of a lockstep run commands.
 
@@ -26,7 +35,9 @@ def may_intervene(parameters: ControllerParameters) -> bool:
     """
     safety = parameters.safety
     rates, limits = (safety.surge_force_rate, safety.yaw_moment_rate), (safety.surge_force_limit, safety.yaw_moment_limit)
-    return parameters.ride_through or any(map(math.isfinite, rates)) or any(limit >= 0.0 for limit in limits)
+    return (
+        fenced(parameters) or parameters.ride_through or any(map(math.isfinite, rates)) or any(limit >= 0.0 for limit in limits)
+    )
 
 
 def make_control_loop(
@@ -43,7 +54,8 @@ def make_control_loop(
     limits = vessel.surge_force_limit, vessel.yaw_moment_limit
     inertia = vessel.surge_inertia, vessel.yaw_inertia
     bounded = law.keeps_limits
-    supervision = Supervision(safety, Authority(limits, inertia, supervised and bounded, supervised and not bounded))
+    authority = Authority(limits, inertia, supervised and bounded, supervised and not bounded)
+    supervision = Supervision(safety, authority)
     return ControlLoop(
         law,
         RateGrid(parameters.rate_hz),
@@ -51,8 +63,28 @@ def make_control_loop(
         make_controlled_point(parameters),
         supervision,
         _make_fallback(parameters) if supervised else None,
-        Watch(safety.monitors, limits, vessel.length) if supervised else None,
+        Watch(safety.monitors, limits, vessel.length, _make_fence_guard(parameters, authority)) if supervised else None,
     )
+
+
+TURN_INTO_CURRENT = 10.0  # time in which a vessel turns into the current, in terms of the time of its turns
+
+
+def _make_fence_guard(parameters: ControllerParameters, authority: Authority) -> FenceGuard | None:
+    """What keeps the vessel inside of its fence. Raises ParameterError as `fence_of`."""
+    fence = fence_of(parameters.safety.fence, "controller.safety.fence")
+    if fence is None:
+        return None
+    return FenceGuard(parameters.safety.fence, fence, braking_of(parameters), authority, parameters.vessel.length)
+
+
+def braking_of(parameters: ControllerParameters) -> Braking:
+    """What a vessel can do against its motion, by what is declared of it."""
+    vessel, inputs, period = parameters.vessel, dynamics(parameters.vessel), 1.0 / parameters.rate_hz
+    late = inputs.yaw.dead_time + inputs.yaw.lag + period
+    turn, heading = TURN_INTO_CURRENT * unit_time(vessel) + late, unit_time(vessel) + 2.0 * late
+    m, surge = vessel.surge_inertia, inputs.surge
+    return Braking(vessel.surge_force_limit / m, surge.lag, surge.dead_time, surge.rate / m, turn, heading, period)
 
 
 def _make_fallback(parameters: ControllerParameters) -> Fallback | None:

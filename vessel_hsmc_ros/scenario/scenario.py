@@ -12,10 +12,11 @@ from vessel_hsmc_ros.control.laws import construct
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.fence import allowed, fence_of
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.faults.fault import FaultScript
-from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.factory import check_within, make_reference
 from vessel_hsmc_ros.plant.hull_check import check_hull
 from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
@@ -217,7 +218,22 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
         check_hull(scenario.vessel_sim.vessel)
     if "reference_ship" in changed:
         make_reference(scenario.reference_ship, 1.0 / scenario.reference_ship.rate_hz)
+    check_fence(scenario)
     return scenario
+
+
+def check_fence(scenario: Scenario) -> None:
+    """Check that the vessel begins inside of the controller's fence, and that the reference keeps to it.
+
+    Raises ParameterError if one of them does not.
+    """
+    fence = fence_of(scenario.controller.safety.fence, "controller.safety.fence")
+    if fence is None:
+        return
+    begin, p = complex(*scenario.vessel_sim.initial_pose[:2]), scenario.reference_ship
+    if not allowed(fence, begin):
+        raise ParameterError(f"vessel_sim.initial_pose must be inside of the fence (got ({begin.real:g}, {begin.imag:g}) m)")
+    check_within(fence, p, make_reference(replace(p, follow="time"), 1.0 / p.rate_hz))
 
 
 def check_rates(scenario: Scenario) -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from vessel_hsmc_ros.core.fence import FenceParameters
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
@@ -50,6 +51,7 @@ class MarkerParameters(CommonParameters):
     path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
     vessel: Hull = group(Hull)
     hull: DrawnHull = group(DrawnHull)
+    fence: FenceParameters = group(FenceParameters)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Refused
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.fence import CIRCLE_CORNERS, FenceParameters, fence_of
 from vessel_hsmc_ros.core.kinematics import TURN
+from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, outline
 
 Array = NDArray[np.float64]
@@ -136,6 +138,28 @@ def parameters_of(mission: Mission) -> dict[str, object]:
         "path.headings": headings,
         "path.time": 0.0,
     }
+
+
+def fence_of_mission(mission: Mission) -> dict[str, dict[str, object]]:
+    """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one.
+
+    A circle becomes a polygon within it, or around one to stay out of. `mission`: the mission, in metres. Raises ParameterError
+    if a polygon is none.
+    """
+    rings: dict[str, list[float]] = {"inside": [], "outside": []}
+    for fence in mission.fences:
+        corners = fence.corners
+        if fence.radius:
+            r = fence.radius if fence.inside else fence.radius / math.cos(math.pi / CIRCLE_CORNERS)
+            steps = [TURN * k / CIRCLE_CORNERS for k in range(CIRCLE_CORNERS)]
+            corners = tuple((corners[0][0] + r * math.cos(step), corners[0][1] + r * math.sin(step)) for step in steps)
+        rings["inside" if fence.inside else "outside"] += [value for corner in (*corners, corners[0]) for value in corner]
+    given = {name: values for name, values in rings.items() if values}
+    fence_of(build(FenceParameters, given, "fence"), "the mission's fence")
+    if not given:
+        return {}
+    groups = {"controller": "safety.fence", "reference_ship": "fence"}
+    return {node: {f"{group}.{name}": values for name, values in given.items()} for node, group in groups.items()}
 
 
 def survey_of(mission: Mission, swath: float, along: float, speed: float | None) -> dict[str, object]:

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.guided.filter import CE, CN, FV, KAPPA, LN_A, R, U, V, correct, predict, unforced
+from vessel_hsmc_ros.control.guided.filter import CE, CN, FU, FV, KAPPA, LN_A, B, R, U, V, correct, predict, unforced
 from vessel_hsmc_ros.control.guided.guidance import Integrals, Track, braked, drift_in_turn, on_the_spot, track
 from vessel_hsmc_ros.control.guided.parameters import Gains, GuidedParameters, gains
 from vessel_hsmc_ros.control.guided.regulator import interpolate
@@ -319,6 +319,13 @@ class GuidedController(KernelLaw[GuidedParameters]):
     def known(self) -> KnownVessel:
         """The vessel with the identified actuators."""
         return self._known
+
+    @property
+    def water(self) -> tuple[complex, float, float, float]:
+        """The estimates of the filter, in SI units; the doubt is two standard deviations."""
+        x, P, g = self.memory.x, self.memory.P, self.constants.gains
+        speed, variance = g.L / g.T, max(0.0, float(P[CE, CE] + P[CN, CN]))
+        return complex(x[CE], x[CN]) * speed, 2.0 * math.sqrt(variance) * speed, float(x[B]) / g.T, float(x[FU]) * speed / g.T
 
     def renew(self) -> None:
         """Take the gains for the model of the actuators that explains the motion best, and the moment that acts by it."""

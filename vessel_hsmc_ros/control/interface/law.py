@@ -83,6 +83,15 @@ class Law(ABC, Generic[Parameters]):
         """What the law takes the ship for: what is declared, unless it has learned better."""
         return self.vessel
 
+    @property
+    def water(self) -> tuple[complex, float, float, float] | None:
+        """What the law observes of the water, for the fence; None for a law that does not observe it.
+
+        Current over the earth and the bound of its error, m/s; decay rate of the surge velocity through the water, 1/s; surge
+        acceleration by what else acts, m/s².
+        """
+        return None
+
     @abstractmethod
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
         """Compute the wrench for one control period and advance the internal state.

@@ -11,6 +11,7 @@ from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.interface.terms import Terms, diagnosed
 from vessel_hsmc_ros.control.loop.controlled_point import ORIGIN, START, ControlledPoint, at_origin, to_controlled_point
 from vessel_hsmc_ros.control.loop.observer import Observer
+from vessel_hsmc_ros.control.safety.fence_guard import FenceGuard
 from vessel_hsmc_ros.control.safety.heading import Heading
 from vessel_hsmc_ros.control.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation, Velocities
 from vessel_hsmc_ros.control.safety.parameters import MonitorParameters, SafetyParameters
@@ -27,13 +28,17 @@ from vessel_hsmc_ros.core.timing import Instants, RateGrid
 class Watch:
     """The monitors of a control loop.
 
-    `limits`: largest surge force and yaw moment, N and N·m. `length`: of the ship, m.
+    `limits`: largest surge force and yaw moment, N and N·m. `length`: of the ship, m. `fence`: what keeps it inside of its fence,
+    if it has one.
 
     Attributes:
         heading: What compares the heading with the motion.
     """
 
-    def __init__(self, parameters: MonitorParameters, limits: tuple[float, float], length: float) -> None:
+    def __init__(
+        self, parameters: MonitorParameters, limits: tuple[float, float], length: float, fence: FenceGuard | None = None
+    ) -> None:
+        self.fence = fence
         self._moving, self._saturation = NotMoving(parameters, limits), Saturation(parameters, limits)
         self._innovation, self._velocities = Innovation(parameters), Velocities(parameters, length)
         self.heading = Heading(parameters, length)
@@ -41,7 +46,8 @@ class Watch:
     @property
     def monitors(self) -> tuple[Monitor, ...]:
         """All monitors, the most important first."""
-        return self._moving, self._velocities, self.heading, self._innovation, self._saturation
+        fence = (self.fence,) if self.fence else ()
+        return *fence, self._moving, self._velocities, self.heading, self._innovation, self._saturation
 
     def reset(self) -> None:
         """Forget the past."""
@@ -69,6 +75,7 @@ class Watch:
             self._innovation.step(not observer.accepts, period)
         else:  # which takes no velocities
             self._velocities.step(*measured, period)
+        # That of the fence has been stepped before, because it may replace the reference.
         return next((monitor.reason for monitor in self.monitors if monitor.alarm is Alarm.SAFE), Reason.NONE)
 
 
@@ -104,6 +111,7 @@ class Fallback:
 
 __all__ = ["NO_WRENCH", "ControlLoop", "ages", "past_commands"]
 
+AT_REST = Acceleration(0.0, 0.0, 0.0)
 LONGEST_AGE = 10.0  # age of a measurement up to which the command of its time is known to the observer, s
 
 
@@ -258,6 +266,14 @@ class ControlLoop:
             wrench = delayed(self.commands, behind, 0), delayed(self.commands, behind, 1)
             self.observer.take_for(self.law.known)
             measured = self.estimate = self.observer.update(measured_at, measured, wrench)
+        if fence := self.watch.fence if self.watch else None:
+            if not self.enabled:  # a person steers: what was an alarm counts no more
+                fence.reset()
+            # What the law observes is wrong while other commands than its own act.
+            water = self.law.water if self.supervision.follows_law else None
+            fence.step(measured, self.wrench[0], age, water, desired, self.grid.period)
+            if fence.reference is not None:
+                desired, acceleration = fence.reference, AT_REST
         at = to_controlled_point(measured, desired, acceleration, self.delta, self.point)
         inputs = at.motion, at.desired, at.acceleration, age, as_measured[1].psi
         if self.watch:
@@ -299,7 +315,9 @@ class ControlLoop:
         """Command the law's wrench or what takes its place, and keep it."""
         fallback = self.fallback.step(inputs, self.supervision.wants_fallback) if self.fallback else None
         surge_and_yaw = None if motion is None else (motion.u, motion.r)
-        self.supervision.step(demand, reason, self.grid.period, surge_and_yaw, fallback)
+        fence = self.watch.fence if self.watch else None
+        fenced = fence.command(demand, motion, self.grid.period) if fence and motion is not None else None
+        self.supervision.step(demand, reason, self.grid.period, surge_and_yaw, fallback, fenced)
         if self.observer:
             put(self.commands, self.wrench)
         if demand is None:

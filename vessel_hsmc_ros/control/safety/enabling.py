@@ -1,8 +1,11 @@
-"""Why a controller must not be enabled although its inputs are good: another ship's hull data, or a reference too far away."""
+"""Why a controller must not be enabled although its inputs are good: another ship's data, or too far away."""
 
 import math
 from collections.abc import Collection
 
+import numpy as np
+
+from vessel_hsmc_ros.core.fence import Fence, allowed, clearance
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.core.kinematics import Motion
 
@@ -24,6 +27,15 @@ def hull_problem(vessel: object, given: Collection[str]) -> str:
             " vessel:=paper_ship for the default ship"
         )
     return ""
+
+
+def fence_problem(own: Motion, fence: Fence | None) -> str:
+    """Why a vessel that is outside of its fence is not to be steered; empty if it is inside, or there is no fence."""
+    place = complex(own.x, own.y)
+    if fence is None or allowed(fence, place):
+        return ""
+    outside = -clearance(fence, np.array([place, place]))
+    return f"the vessel at ({own.x:.6g}, {own.y:.6g}) m is {outside:.1f} m outside of safety.fence: steer it inside by hand"
 
 
 def distance_problem(own: Motion, reference: Motion, length: float, limit: float) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.fence import FenceParameters
 from vessel_hsmc_ros.core.schema import group, parameter
 
 ACTIONS = ("zero", "ramp", "hold", "brake", "fallback")
@@ -88,11 +89,34 @@ class MonitorParameters:
 
 
 @dataclass(frozen=True)
+class FenceGuardParameters(FenceParameters):
+    """The fence, and what the controller does before the vessel would cross it."""
+
+    action: str = parameter(
+        "hold",
+        "What follows once the vessel could not stop inside any more and has braked: hold, keep station where it came from;"
+        " return, go back along the way that it came; brake, nothing but braking, so that it drifts.",
+        choices=("hold", "return", "brake"),
+    )
+    margin: float = parameter(
+        -1.0, "Distance that the origin keeps from the fence; -1: half of vessel.length.", unit="m", low=-1.0, high=1e4
+    )
+    current: float = parameter(
+        0.0,
+        "Largest current, with the drift by wind, where the law does not observe it: only guided does.",
+        unit="m/s",
+        low=0.0,
+        high=10.0,
+    )
+
+
+@dataclass(frozen=True)
 class SafetyParameters:
     """What the controller checks, and what it commands when a check fails."""
 
     freshness: FreshnessParameters = group(FreshnessParameters)
     monitors: MonitorParameters = group(MonitorParameters)
+    fence: FenceGuardParameters = group(FenceGuardParameters)
     action: str = parameter(
         "ramp",
         "Safe action: zero at once, ramp to zero, hold and then ramp, brake against the measured motion, or the wrench of"

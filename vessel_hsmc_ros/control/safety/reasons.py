@@ -50,6 +50,7 @@ class Reason(IntEnum):
     SATURATED = 51, "the command has been at a limit for too long", "error"
     INNOVATION = 52, "measurements have contradicted the estimate for too long", "error"
     VELOCITY = 53, "the measured velocities do not fit the positions", "error"
+    FENCE = 54, "the vessel could not stop inside of the fence", "error"
     HEADING = 56, "the measured heading does not fit the motion", "error"
     SECOND_PUBLISHER = 60, "another node commands as well", "error"
     NO_CONSUMER = 61, "no node takes the command", "error"

@@ -6,6 +6,7 @@
 | STANDBY | activate, not ready | STANDBY | zero; the reason is returned |
 | ACTIVE | no wrench, a fault, a violation of the guard | SAFE | the safe action |
 | SAFE | the same | SAFE | the safe action goes on |
+| SAFE | the fence | SAFE | at once what keeps the vessel inside, also with another fault |
 | SAFE | fresh_samples good periods | ACTIVE | from the present command at a bounded rate to the law's |
 | ACTIVE, SAFE | standby | STANDBY | zero at once |
 | any | stop | STOPPED | zero at once |
@@ -135,6 +136,7 @@ class Supervision:
         period: float,
         motion: Pair | None = None,
         fallback: Pair | None = None,
+        fenced: Pair | None = None,
     ) -> Pair:
         """The command of a control period.
 
@@ -144,6 +146,7 @@ class Supervision:
             period: Time since the last command, s.
             motion: Measured surge speed and yaw rate, for the brake; None where they are not known.
             fallback: Wrench of the fallback law; None where it has none.
+            fenced: Finite wrench that keeps the vessel inside of its fence; None where it is not needed.
         """
         if self.operation in (Operation.STANDBY, Operation.STOPPED):
             self.command = NO_WRENCH
@@ -157,6 +160,8 @@ class Supervision:
             self.command = self._towards_law(self._given(demand), period)
         else:
             self.command = self._safe(period, motion, fallback)
+            if fenced is not None:  # without the ramp: a bump is better than to cross the fence
+                self.command = self.authority.within(fenced)
         return self.command
 
     def _fault(self, demand: Pair | None, reason: Reason, period: float) -> Reason:

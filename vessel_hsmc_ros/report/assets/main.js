@@ -68,6 +68,9 @@ function unpackAll(content, bytes) {
   for (const track of content.tracks) {
     for (const name of ["time", "x", "y", "heading"]) track[name] = array(track[name]);
   }
+  for (const stop of content.stops) {
+    for (const name of ["time", "reach", "radius"]) stop[name] = array(stop[name]);
+  }
   for (const line of content.plans.flatMap((plan) => plan.outlines)) Object.assign(line, { x: array(line.x), y: array(line.y) });
 }
 

@@ -14,8 +14,8 @@ class View {
 }
 
 class ShipMap {
-  constructor({ tracks, plans, hull, marks }, clock, colours) {
-    Object.assign(this, { tracks, plans, hull, clock, colours, marks, view: new View(), following: false, moved: false });
+  constructor({ tracks, plans, fences, stops, hull, marks }, clock, colours) {
+    Object.assign(this, { tracks, plans, fences, stops, hull, clock, colours, marks, view: new View(), following: false, moved: false });
     this.box = document.querySelector("#map .view");
     this.canvas = this.box.querySelector("canvas");
     this.hulls = tracks.map((track) => makeHull(track, hull));
@@ -139,7 +139,9 @@ class ShipMap {
     const pen = this.measure();
     pen.clearRect(0, 0, this.view.width, this.view.height);
     drawGrid(pen, this.view, this.colours);
+    for (const ring of this.fences) drawFence(pen, ring, this.view, this.colours);
     for (const plan of this.plans) drawPlan(pen, plan, this.view, this.colours);
+    for (const stop of this.stops) drawStop(pen, stop, this.tracks, this.view, time, this.colours);
     for (const track of this.tracks) drawTrack(pen, track, this.view, time, this.colours);
     for (const mark of this.marks) drawMark(pen, mark, this.tracks, this.view, this.colours);
     poses.forEach((pose, i) => this.placeHull(this.hulls[i], pose));

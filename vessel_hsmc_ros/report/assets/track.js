@@ -118,6 +118,37 @@ function drawPlan(pen, plan, view, colours) {
   }
 }
 
+// The sides of a polygon of the fence.
+function drawFence(pen, ring, view, colours) {
+  pen.strokeStyle = colours("--ink-soft");
+  pen.setLineDash([8, 4]);
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  for (const corner of ring) pen.lineTo(...view.place(...corner));
+  pen.closePath();
+  pen.stroke();
+  pen.setLineDash([]);
+}
+
+// Where the ship would come to rest in still water if it braked now: the way ahead of it, as wide as the set.
+function drawStop(pen, stop, tracks, view, time, colours) {
+  const ship = tracks.find((track) => track.role === "ship" && track.run === stop.run);
+  if (!ship) return;
+  const { x, y, heading } = poseAt(ship, time);
+  const i = indexAt(stop.time, time);
+  const reach = stop.reach[i];
+  pen.strokeStyle = colours("--ink-soft");
+  pen.globalAlpha = 0.35;
+  pen.lineWidth = Math.max(4, 2 * stop.radius[i] * view.scale);
+  pen.lineCap = "round";
+  pen.beginPath();
+  pen.moveTo(...view.place(x, y));
+  pen.lineTo(...view.place(x + reach * Math.cos(heading), y + reach * Math.sin(heading)));
+  pen.stroke();
+  pen.globalAlpha = 1;
+  pen.lineCap = "butt";
+}
+
 // A diamond on the track of the ship at the time of an event.
 function drawMark(pen, mark, tracks, view, colours) {
   const ship = tracks.find((track) => track.role === "ship" && track.run === mark.run);
