@@ -4,9 +4,7 @@ Paths are planned in a thread of its own, while the reference goes on.
 """
 
 import sys
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
@@ -15,83 +13,24 @@ from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
+from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError, RefusalError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.corners import THROUGH
+from vessel_hsmc_ros.guidance.factory import make_held_reference
 from vessel_hsmc_ros.guidance.path_parameters import Point
+from vessel_hsmc_ros.guidance.polyline import Waypoint
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.action_messages import Way
+from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.observed_vessel import ObservedVessel
 from vessel_hsmc_ros.nodes.pace import Pace
+from vessel_hsmc_ros.nodes.path_planning import PathPlanning
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
-
-FIRST_LEAD, LONGER = 0.5, 2.0
-"""Time from the beginning of the planning to that of the path, s, and its factor after each plan that came too late."""
-
-
-class PathPlanning:
-    """Plans a path that begins at a coming step of the reference, at a later one if the plan comes too late.
-
-    `reference`: a `PathReference`; one of another mode takes no path. `period`: of the reference, s.
-    """
-
-    def __init__(self, reference: Any, period: float) -> None:
-        self._reference, self._lead = reference, FIRST_LEAD / period
-        self._plan: Future[Any] | None = None
-        self._points: Sequence[Point] = ()
-        self._begin = 0
-
-    @property
-    def busy(self) -> bool:
-        """Whether a path is planned or waits for its beginning."""
-        return self._plan is not None
-
-    @property
-    def due(self) -> bool:
-        """Whether a plan, or the reason why there is none, is to be taken now."""
-        plan = self._plan
-        return plan is not None and plan.done() and (self._begin <= self._reference.steps or plan.exception() is not None)
-
-    def start(self, points: Sequence[Point]) -> None:
-        """Plan a path along waypoints, in place of the one that is planned."""
-        self._points, self._begin = points, self._reference.steps + max(1, round(self._lead))
-        plan: Future[Any] = Future()
-        self._plan = plan
-        work = self._reference.planner(points, self._begin)
-        # A daemon: the node does not wait for a plan when it ends.
-        threading.Thread(target=_fulfil, args=(plan, work), name="path planning", daemon=True).start()
-
-    def cancel(self) -> None:
-        """Discard the path that is planned."""
-        self._plan = None
-
-    def take(self) -> Sequence[Point]:
-        """Let the reference follow the plan that is due.
-
-        Returns the waypoints; none where the plan came too late and is made again. Raises GoalError if the path cannot be
-        sailed.
-        """
-        plan, self._plan = self._plan, None
-        assert plan is not None  # noqa: S101 - due
-        found = plan.result()
-        if self._begin < self._reference.steps:
-            self._lead *= LONGER
-            self.start(self._points)
-            return ()
-        self._reference.take(found)
-        return self._points
-
-
-def _fulfil(plan: Future[Any], work: Callable[[], Any]) -> None:
-    try:
-        plan.set_result(work())
-    except BaseException as error:
-        plan.set_exception(error)
-
 
 UNUSED_INPUT_SEARCH = 0.5  # time between two searches for publishers of goals and paths that the mode does not use, s
 REORDERED = 5.0  # goals stamped up to so long before the last one, s, are out of order; earlier ones are by another clock
@@ -108,7 +47,8 @@ class ReferenceShipNode(VesselNode):
     INTERFACE = """
         subscribes to  goal_pose or path, in these modes; /clock in lockstep
         publishes      reference, reference/pose, events
-        services       ~/pause, ~/reset
+        services       ~/pause, ~/hold, ~/reset
+        actions        navigate_to_pose; and in mode path follow_path, follow_waypoints, follow_gps_waypoints
     """
     PARAMETERS = ReferenceParameters
 
@@ -116,7 +56,7 @@ class ReferenceShipNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
-        self._ship: Any = make_reference(p, self._grid.period)
+        self._ship: Any = make_held_reference(p, self._grid.period)
         self._refused = self._goal = ""
         self._goal_stamp: float | None = None
         self._index = 0
@@ -124,9 +64,9 @@ class ReferenceShipNode(VesselNode):
         profile, offered = qos.data(p.lockstep), qos.offered(p.lockstep, p.rate_hz)
         self._reference_out = self.advertise(ReferenceState, "reference", offered, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
-        self._frames = tuple(p.frame_prefix + frame for frame in p.frames)
+        self.frames = tuple(p.frame_prefix + frame for frame in p.frames)
         self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
-        self._name_frame(self._frames[0] if self._frames else "")
+        self._name_frame(self.frames[0] if self.frames else "")
         self._vessel = ObservedVessel(self, self._ship) if p.follow == "vessel" else None
         if p.lockstep:
             self.connections.allow_one_publisher("reference")
@@ -136,10 +76,14 @@ class ReferenceShipNode(VesselNode):
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
         self._path: Path | None = None
-        self._planned: Path | None = None
+        self._taken: Callable[[Sequence[Any]], None] = lambda _points: None
+        self._untaken: Callable[[str], None] = lambda _why: None
         self._planning = PathPlanning(self._ship, self._grid.period)
         self._paused = False
+        self._interrupted: Any = None
+        self.actions = Actions(self)
         self.reporter.offer("reset", self._reset)
+        self.reporter.offer_switch("hold", "go on", self._hold)
         self.reporter.offer_switch("pause", "resume", self._pause)
 
     def describe(self) -> str:
@@ -188,8 +132,10 @@ class ReferenceShipNode(VesselNode):
             self._ship.advance()
             self._index += 1
             self._publish()
+            if self._planning.found and not self.actions.tasks.held:
+                self._ship.held = False  # also after a cancel: the reference stands until there is a new way
             if self._planning.due:
-                self._take(self._take_plan)
+                self._take(self._take_plan, self._untaken)
 
     def _publish(self) -> None:
         self.stamp = self._pace.stamp(self._index)
@@ -201,9 +147,11 @@ class ReferenceShipNode(VesselNode):
 
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
-            x, y, psi, stamp = read_goal(message, self._frames, self._here)
+            x, y, psi, stamp = read_goal(message, self.frames, self.here)
+            self._require_free()
             self._check_order(stamp)
             self._ship.set_goal(x, y, psi, stamp)
+            self.actions.apply(self.actions.tasks.displaced("a goal on goal_pose"))
             self._name_frame(message.header.frame_id)
             # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
             goal = f"x = {x:g}, y = {y:g}, heading = {psi:g}"
@@ -214,7 +162,8 @@ class ReferenceShipNode(VesselNode):
         self._take(work)
 
     @property
-    def _here(self) -> Point:
+    def here(self) -> Point:
+        """Where the reference is, m."""
         x, y = self._ship.state[:2]
         return float(x), float(y)
 
@@ -239,8 +188,9 @@ class ReferenceShipNode(VesselNode):
             return
 
         def work() -> None:
-            points = read_path(message, self._frames, self._here)
-            self._ship.set_path(points)
+            points = read_path(message, self.frames, self.here)
+            self._require_free()
+            self._set_path(points)
             self._follow(message, points)
 
         self._take(work)
@@ -249,20 +199,116 @@ class ReferenceShipNode(VesselNode):
         message, self._path = self._path, None
 
         def work() -> None:
-            self._planning.start(read_path(message, self._frames, self._here))
-            self._planned = message
+            points = read_path(message, self.frames, self.here)
+            self._require_free()
+            self._planning.start(points)
+            self._taken, self._untaken = partial(self._follow, message), lambda _why: None
 
         self._take(work)
 
     def _take_plan(self) -> None:
         points = self._planning.take()
         if points:
-            self._follow(self._planned, points)
+            self._taken(points)
+
+    def _set_path(self, points: Sequence[Any]) -> None:
+        self._ship.set_path(points)
+        self._ship.held = False
+
+    def _require_free(self) -> None:
+        """Refuse goals and paths of other programs like those of actions. Raises GoalError while none is taken."""
+        if why := self.actions.tasks.blocked:
+            raise GoalError(why)
 
     def _follow(self, message: Any, points: Sequence[Point]) -> None:
         self._name_frame(message.header.frame_id)
         self.reporter.event("path", path_event(points))
+        self.actions.apply(self.actions.tasks.displaced("a path on the topic path"))
         self._warn_of_slow()
+
+    # -- for the actions ------------------------------------------------------------------------------------------------
+
+    def sail(self, way: Way, taken: Callable[[], None], refused: Callable[[str], None]) -> None:
+        """Sail a way; calls `taken` when the reference begins to, or `refused` with the reason if it cannot."""
+        if self.parameters.mode == "goal":
+            self._ship.go_to(*way.points[0], way.heading)
+            self._begin_way(way, taken)
+            return
+        speed = self.parameters.motion.speed
+        points = [Waypoint(complex(*point), THROUGH, speed) for point in way.points]
+        points[-1] = points[-1]._replace(heading=way.heading)
+
+        def work() -> None:
+            if self.parameters.lockstep:
+                self._set_path(points)
+                self._begin_way(way, taken)
+                return
+            self._path = None
+            self._planning.start(points)
+            self._taken, self._untaken = lambda _points: self._begin_way(way, taken), refused
+
+        self._take(work, refused)
+
+    def _begin_way(self, way: Way, taken: Callable[[], None]) -> None:
+        self._name_frame(way.frame)
+        self._goal = ""
+        taken()
+        self._warn_of_slow()
+
+    def discard_plan(self) -> None:
+        """Forget the way that is planned."""
+        self._planning.cancel()
+
+    def hold(self) -> None:
+        """Let the reference come to rest where it can, and stay there."""
+        self._interrupted = None
+        if self.parameters.mode == "goal":
+            self._ship.halt()
+        elif hasattr(self._ship, "held"):
+            self._ship.held = True
+
+    def go_on(self) -> None:
+        """Sail the way on that a hold has interrupted, unless it has been cancelled meanwhile."""
+        if self._interrupted is None:
+            return
+        if self.parameters.mode == "goal":
+            self._ship.go_to(*self._interrupted[:3])
+        else:
+            self._ship.held = False
+
+    def go_home(self, home: Sequence[float]) -> None:
+        """Return to a place, or to the initial pose where none is given."""
+        x, y = home or self.parameters.initial_pose[:2]
+        frame = self._reference.header.frame_id
+        heading = float(self.parameters.initial_pose[2]) if self.parameters.mode == "goal" else None
+        self.sail(Way([(float(x), float(y))], frame, heading), lambda: self.reporter.event("goal", "home"), lambda _why: None)
+
+    @property
+    def reference_time(self) -> float:
+        """Time of the reference, which stands while it is paused, s."""
+        return self._index * self._grid.period
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the reference is at rest at the end of its goal or path."""
+        return bool(self._ship.arrived if self.parameters.mode == "goal" else self._ship.time_left == 0.0)
+
+    @property
+    def time_left(self) -> float:
+        """How long the reference takes about to the end of its goal or path, s."""
+        return float(self._ship.time_left)
+
+    def _hold(self, hold: bool) -> str:
+        if not hold:
+            self.actions.apply(self.actions.tasks.go_on())
+            return "the reference goes on"
+        if self.parameters.mode in ("virtual_ship", "course"):
+            raise RefusalError(f"reference_ship.mode must be one that can be held (got {self.parameters.mode})")
+        if not self.actions.tasks.held:
+            goes_on = self._ship.target() if self.parameters.mode == "goal" else None if self._ship.held else ()
+            self.actions.apply(self.actions.tasks.hold())
+            self._interrupted = goes_on
+        return "the reference comes to rest, and the vessel keeps station there"
 
     @property
     def _slow(self) -> str:
@@ -273,13 +319,14 @@ class ReferenceShipNode(VesselNode):
         if self._slow:
             self.get_logger().warning(self._slow)
 
-    def _take(self, work: Callable[[], None]) -> None:
+    def _take(self, work: Callable[[], None], refused: Callable[[str], None] = lambda _why: None) -> None:
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
         try:
             work()
         except (GoalError, InstallationError) as error:
             self._refused = f"{error}; ignored"
             self.get_logger().error(self._refused)
+            refused(str(error))
         else:
             self._refused = ""
 
@@ -309,8 +356,9 @@ class ReferenceShipNode(VesselNode):
         self._planning.cancel()
         self._path = None
         self._goal = ""
+        self.actions.reset()
         self._ship.reset()
-        self._name_frame(self._frames[0] if self._frames else "")
+        self._name_frame(self.frames[0] if self.frames else "")
         return "the virtual ship is back at its start; time goes on"
 
     def _pause(self, paused: bool) -> str:
@@ -319,10 +367,14 @@ class ReferenceShipNode(VesselNode):
             return "in lockstep the reference pauses with the plant"
         return "paused" if paused else "running"
 
+    def spin(self, running: Callable[[], bool]) -> None:
+        """As that of every node; at the end the clients of actions have their results."""
+        super().spin(lambda: running() or self.actions.ending())
+
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of messages and time of the latest reference; warnings of ignored goals and paths, slow paths, lost odometry."""
         values: dict[str, Any] = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
-        remark = self._refused or self._slow
+        remark = self.actions.remark or self._refused or self._slow
         if self._vessel:
             values["pace"] = self._ship.pace
             remark = remark or self._vessel.problem
