@@ -31,7 +31,7 @@ def main() -> int:
         drawn = Sequence(seed)
         try:
             drawn.run(arguments.events)
-        except AssertionError as error:
+        except (AssertionError, LookupError) as error:
             broken += 1
             print(f"seed {seed}: {str(error).splitlines()[0] if str(error) else 'a rule is broken'}")
         results.update(code.name for code in drawn.results)

@@ -1,5 +1,7 @@
 """Goals of actions: each has one result, with its reason."""
 
+from typing import Any
+
 import pytest
 from drawn_tasks import Sequence
 
@@ -10,7 +12,7 @@ pytestmark = pytest.mark.pure
 ONE, OTHER = Goal(1), Goal(2)
 
 
-def sailing(**limits: object) -> Tasks:
+def sailing(**limits: Any) -> Tasks:
     """Tasks that sail ONE."""
     tasks = Tasks(Limits(1.0, 10.0, 3.0)._replace(**limits))
     assert tasks.offer(ONE) == [Sail(ONE)]

@@ -120,7 +120,7 @@ class Sequence:
             self._sailing = goal
 
     def _tick(self) -> None:
-        step = self._draw.choice((0.1, 0.5, 2.0))
+        step = self._draw.choice((0.125, 0.5, 2.0))  # exact in binary
         self._time += step
         self._arrived ^= self._draw.random() < 0.25
         distance = None if self._draw.random() < 0.2 else self._draw.choice((0.1, 1.0, 4.0, 20.0))

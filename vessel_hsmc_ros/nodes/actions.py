@@ -126,12 +126,12 @@ class Actions:
             elif isinstance(output, Report):
                 self._report(self._accepted[output.goal.key])
             elif output is Order.GO_ON:
-                self._node.go_on()
+                self._node.helm.go_on()
             else:
-                self._node.hold()
+                self._node.helm.hold()
                 self._stopping = output is Order.STOP
                 if output is Order.RETURN:
-                    self._node.go_home(self._p.home)
+                    self._node.helm.sail_home(self._p.home, next(iter(self._node.frames), ""))
 
     def _sail(self, accepted: Accepted) -> None:
         self._planned = accepted.goal.key
@@ -148,13 +148,13 @@ class Actions:
             self._planned = None
             self.apply(self.tasks.failed(accepted.goal, why))
 
-        self._node.sail(accepted.way, taken, refused)
+        self._node.helm.sail(accepted.way, taken, refused)
 
     def _finish(self, done: Done) -> None:
         """Give a client its result."""
         if done.goal.key == self._planned:
             self._planned = None
-            self._node.discard_plan()
+            self._node.helm.planning.cancel()
         accepted = self._accepted[done.goal.key]
         handle, kind = accepted.handle, action_type(accepted.action.kind)
         result = filled(kind.Result(), {"error_code": int(done.code), "error_msg": done.text})
@@ -188,7 +188,7 @@ class Actions:
             "number_of_recoveries": min(self.tasks.recoveries, 32767),
         }
         for name, seconds in (
-            ("estimated_time_remaining", self._node.time_left),
+            ("estimated_time_remaining", self._node.helm.time_left),
             ("navigation_time", time.monotonic() - accepted.begun),
         ):
             if hasattr(feedback, name):
@@ -218,7 +218,7 @@ class Actions:
             place = complex(motion.x, motion.y)
             progress.advance(place)
             distance = progress.distance_to_end(place)
-        return Sight(self._node.reference_time, distance, self._node.arrived)
+        return Sight(self._node.reference_time, distance, self._node.helm.arrived)
 
     def _stop_controller(self, sight: VesselSight) -> None:
         """Stop the controller, again until it is stopped: a request may be lost."""
@@ -238,6 +238,12 @@ class Actions:
             self._ends_at = time.monotonic() + ANSWER_LIMIT
             self.apply(self.tasks.reset("the reference ship has ended"))
         return bool(self._unanswered) and time.monotonic() < self._ends_at
+
+    def destroy(self) -> None:
+        """Take the servers out of the ROS graph."""
+        for server in self._servers:
+            server.destroy()
+        self._servers.clear()
 
     @property
     def remark(self) -> str:

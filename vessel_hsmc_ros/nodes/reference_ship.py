@@ -13,21 +13,18 @@ from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError, RefusalError
+from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.guidance.corners import THROUGH
 from vessel_hsmc_ros.guidance.factory import make_held_reference
 from vessel_hsmc_ros.guidance.path_parameters import Point
-from vessel_hsmc_ros.guidance.polyline import Waypoint
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.action_messages import Way
 from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.helm import Helm
 from vessel_hsmc_ros.nodes.observed_vessel import ObservedVessel
 from vessel_hsmc_ros.nodes.pace import Pace
-from vessel_hsmc_ros.nodes.path_planning import PathPlanning
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
@@ -66,7 +63,7 @@ class ReferenceShipNode(VesselNode):
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
         self.frames = tuple(p.frame_prefix + frame for frame in p.frames)
         self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
-        self._name_frame(self.frames[0] if self.frames else "")
+        self.name_frame(self.frames[0] if self.frames else "")
         self._vessel = ObservedVessel(self, self._ship) if p.follow == "vessel" else None
         if p.lockstep:
             self.connections.allow_one_publisher("reference")
@@ -76,14 +73,11 @@ class ReferenceShipNode(VesselNode):
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
         self._path: Path | None = None
-        self._taken: Callable[[Sequence[Any]], None] = lambda _points: None
-        self._untaken: Callable[[str], None] = lambda _why: None
-        self._planning = PathPlanning(self._ship, self._grid.period)
         self._paused = False
-        self._interrupted: Any = None
+        self.helm = Helm(self, self._ship, self._grid.period)
         self.actions = Actions(self)
         self.reporter.offer("reset", self._reset)
-        self.reporter.offer_switch("hold", "go on", self._hold)
+        self.reporter.offer_switch("hold", "go on", self.helm.hold_or_go_on)
         self.reporter.offer_switch("pause", "resume", self._pause)
 
     def describe(self) -> str:
@@ -115,7 +109,7 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(self._vessel.take()) + 1)
 
     def _on_timer(self) -> None:
-        if self._path is not None and not self._planning.busy:
+        if self._path is not None and not self.helm.planning.busy:
             self._plan_path()
         if self._paused:  # a pause shifts the start, so that no periods are overdue after it
             self._pace.hold(self._index)
@@ -132,10 +126,7 @@ class ReferenceShipNode(VesselNode):
             self._ship.advance()
             self._index += 1
             self._publish()
-            if self._planning.found and not self.actions.tasks.held:
-                self._ship.held = False  # also after a cancel: the reference stands until there is a new way
-            if self._planning.due:
-                self._take(self._take_plan, self._untaken)
+            self.helm.advance()
 
     def _publish(self) -> None:
         self.stamp = self._pace.stamp(self._index)
@@ -148,18 +139,18 @@ class ReferenceShipNode(VesselNode):
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
             x, y, psi, stamp = read_goal(message, self.frames, self.here)
-            self._require_free()
+            self.helm.require_free()
             self._check_order(stamp)
             self._ship.set_goal(x, y, psi, stamp)
             self.actions.apply(self.actions.tasks.displaced("a goal on goal_pose"))
-            self._name_frame(message.header.frame_id)
+            self.name_frame(message.header.frame_id)
             # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
             goal = f"x = {x:g}, y = {y:g}, heading = {psi:g}"
             if goal != self._goal and self._ship.target().speed == 0.0:
                 self.reporter.event("goal", goal)
             self._goal = goal
 
-        self._take(work)
+        self.take(work)
 
     @property
     def here(self) -> Point:
@@ -167,7 +158,7 @@ class ReferenceShipNode(VesselNode):
         x, y = self._ship.state[:2]
         return float(x), float(y)
 
-    def _name_frame(self, frame: str) -> None:
+    def name_frame(self, frame: str) -> None:
         """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
         self._reference.header.frame_id = self._pose.header.frame_id = frame
 
@@ -189,126 +180,27 @@ class ReferenceShipNode(VesselNode):
 
         def work() -> None:
             points = read_path(message, self.frames, self.here)
-            self._require_free()
-            self._set_path(points)
+            self.helm.require_free()
+            self.helm.set_path(points)
             self._follow(message, points)
 
-        self._take(work)
+        self.take(work)
 
     def _plan_path(self) -> None:
         message, self._path = self._path, None
 
         def work() -> None:
             points = read_path(message, self.frames, self.here)
-            self._require_free()
-            self._planning.start(points)
-            self._taken, self._untaken = partial(self._follow, message), lambda _why: None
+            self.helm.require_free()
+            self.helm.plan(points, partial(self._follow, message))
 
-        self._take(work)
-
-    def _take_plan(self) -> None:
-        points = self._planning.take()
-        if points:
-            self._taken(points)
-
-    def _set_path(self, points: Sequence[Any]) -> None:
-        self._ship.set_path(points)
-        self._ship.held = False
-
-    def _require_free(self) -> None:
-        """Refuse goals and paths of other programs like those of actions. Raises GoalError while none is taken."""
-        if why := self.actions.tasks.blocked:
-            raise GoalError(why)
+        self.take(work)
 
     def _follow(self, message: Any, points: Sequence[Point]) -> None:
-        self._name_frame(message.header.frame_id)
+        self.name_frame(message.header.frame_id)
         self.reporter.event("path", path_event(points))
         self.actions.apply(self.actions.tasks.displaced("a path on the topic path"))
         self._warn_of_slow()
-
-    # -- for the actions ------------------------------------------------------------------------------------------------
-
-    def sail(self, way: Way, taken: Callable[[], None], refused: Callable[[str], None]) -> None:
-        """Sail a way; calls `taken` when the reference begins to, or `refused` with the reason if it cannot."""
-        if self.parameters.mode == "goal":
-            self._ship.go_to(*way.points[0], way.heading)
-            self._begin_way(way, taken)
-            return
-        speed = self.parameters.motion.speed
-        points = [Waypoint(complex(*point), THROUGH, speed) for point in way.points]
-        points[-1] = points[-1]._replace(heading=way.heading)
-
-        def work() -> None:
-            if self.parameters.lockstep:
-                self._set_path(points)
-                self._begin_way(way, taken)
-                return
-            self._path = None
-            self._planning.start(points)
-            self._taken, self._untaken = lambda _points: self._begin_way(way, taken), refused
-
-        self._take(work, refused)
-
-    def _begin_way(self, way: Way, taken: Callable[[], None]) -> None:
-        self._name_frame(way.frame)
-        self._goal = ""
-        taken()
-        self._warn_of_slow()
-
-    def discard_plan(self) -> None:
-        """Forget the way that is planned."""
-        self._planning.cancel()
-
-    def hold(self) -> None:
-        """Let the reference come to rest where it can, and stay there."""
-        self._interrupted = None
-        if self.parameters.mode == "goal":
-            self._ship.halt()
-        elif hasattr(self._ship, "held"):
-            self._ship.held = True
-
-    def go_on(self) -> None:
-        """Sail the way on that a hold has interrupted, unless it has been cancelled meanwhile."""
-        if self._interrupted is None:
-            return
-        if self.parameters.mode == "goal":
-            self._ship.go_to(*self._interrupted[:3])
-        else:
-            self._ship.held = False
-
-    def go_home(self, home: Sequence[float]) -> None:
-        """Return to a place, or to the initial pose where none is given."""
-        x, y = home or self.parameters.initial_pose[:2]
-        frame = self._reference.header.frame_id
-        heading = float(self.parameters.initial_pose[2]) if self.parameters.mode == "goal" else None
-        self.sail(Way([(float(x), float(y))], frame, heading), lambda: self.reporter.event("goal", "home"), lambda _why: None)
-
-    @property
-    def reference_time(self) -> float:
-        """Time of the reference, which stands while it is paused, s."""
-        return self._index * self._grid.period
-
-    @property
-    def arrived(self) -> bool:
-        """Whether the reference is at rest at the end of its goal or path."""
-        return bool(self._ship.arrived if self.parameters.mode == "goal" else self._ship.time_left == 0.0)
-
-    @property
-    def time_left(self) -> float:
-        """How long the reference takes about to the end of its goal or path, s."""
-        return float(self._ship.time_left)
-
-    def _hold(self, hold: bool) -> str:
-        if not hold:
-            self.actions.apply(self.actions.tasks.go_on())
-            return "the reference goes on"
-        if self.parameters.mode in ("virtual_ship", "course"):
-            raise RefusalError(f"reference_ship.mode must be one that can be held (got {self.parameters.mode})")
-        if not self.actions.tasks.held:
-            goes_on = self._ship.target() if self.parameters.mode == "goal" else None if self._ship.held else ()
-            self.actions.apply(self.actions.tasks.hold())
-            self._interrupted = goes_on
-        return "the reference comes to rest, and the vessel keeps station there"
 
     @property
     def _slow(self) -> str:
@@ -319,7 +211,22 @@ class ReferenceShipNode(VesselNode):
         if self._slow:
             self.get_logger().warning(self._slow)
 
-    def _take(self, work: Callable[[], None], refused: Callable[[str], None] = lambda _why: None) -> None:
+    def begin_way(self, frame: str) -> None:
+        """Note that the reference sails a way in a frame, that of an action."""
+        self.name_frame(frame)
+        self._goal = ""
+        self._warn_of_slow()
+
+    def forget_path(self) -> None:
+        """Forget the path of a message that waits for its planning."""
+        self._path = None
+
+    @property
+    def reference_time(self) -> float:
+        """Time of the reference, which stands while it is paused, s."""
+        return self._index * self._grid.period
+
+    def take(self, work: Callable[[], None], refused: Callable[[str], None] = lambda _why: None) -> None:
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
         try:
             work()
@@ -353,12 +260,11 @@ class ReferenceShipNode(VesselNode):
         self._ship.retune(parameters)
 
     def _reset(self) -> str:
-        self._planning.cancel()
-        self._path = None
+        self.helm.reset()
         self._goal = ""
         self.actions.reset()
         self._ship.reset()
-        self._name_frame(self.frames[0] if self.frames else "")
+        self.name_frame(self.frames[0] if self.frames else "")
         return "the virtual ship is back at its start; time goes on"
 
     def _pause(self, paused: bool) -> str:
@@ -370,6 +276,12 @@ class ReferenceShipNode(VesselNode):
     def spin(self, running: Callable[[], bool]) -> None:
         """As that of every node; at the end the clients of actions have their results."""
         super().spin(lambda: running() or self.actions.ending())
+
+    def destroy_node(self) -> None:
+        """As that of rclpy, which leaves the action servers and with them the node in the graph."""
+        if actions := getattr(self, "actions", None):
+            actions.destroy()
+        super().destroy_node()
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of messages and time of the latest reference; warnings of ignored goals and paths, slow paths, lost odometry."""
