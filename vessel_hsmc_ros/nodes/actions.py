@@ -162,8 +162,11 @@ class Actions:
             missed(result, accepted.way, accepted.progress.leg - 1 if accepted.progress else 0, done.code)
         end = {Code.REACHED: handle.succeed, Code.CANCELLED: handle.canceled}.get(done.code, handle.abort)
         end()
-        log = self._node.get_logger()
-        (log.info if done.code in (Code.REACHED, Code.CANCELLED) else log.warning)(f"{accepted.action.kind}: {done.text}")
+        # In two lines: rclpy's logger takes one severity from each.
+        if done.code in (Code.REACHED, Code.CANCELLED):
+            self._node.get_logger().info(f"{accepted.action.kind}: {done.text}")
+        else:
+            self._node.get_logger().warning(f"{accepted.action.kind}: {done.text}")
         accepted.result.set_result(result)
         self._node.executor.wake()  # it serves the task that waits for the result
 
