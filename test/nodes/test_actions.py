@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from typing import Any
 
 import pytest
-from action_client import Sent, Vessel, path, pose
+from action_client import RATE_HZ, Sent, Vessel, path, pose
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
@@ -122,7 +123,7 @@ def test_a_cancel_brings_the_reference_to_rest_on_its_way_and_a_new_goal_continu
     again = vessel.send("follow_path", path=LEGS)
     vessel.until(lambda: again.done)
     assert again.result()[:2] == (SUCCEEDED, Code.REACHED)
-    assert max(math.dist(a[:2], b[:2]) for a, b in zip(vessel.states, vessel.states[1:], strict=False)) < 1.1 * 1.5 / 20.0
+    assert max(math.dist(a[:2], b[:2]) for a, b in pairwise(vessel.states)) < 1.1 * 1.5 / RATE_HZ
 
 
 def test_a_cancelled_pose_leaves_the_reference_at_rest_ahead(start: Any) -> None:
@@ -336,3 +337,56 @@ def test_at_the_end_of_a_mission_the_controller_is_stopped_where_that_is_declare
     vessel.state_of(ControlState.STOPPED, ControlState.IN_STOP)
     vessel.node.actions.tick()
     assert not vessel.node.actions._stopping
+
+
+def test_in_real_time_a_path_that_cannot_be_sailed_is_refused_while_the_present_one_goes_on(start: Any) -> None:
+    vessel = start("path", lockstep=False, motion__current=1.4)
+    sent = vessel.send("follow_path", path=path((200.0, 0.0)))
+    vessel.until(lambda: sent.feedback and vessel.speed > 0.3)
+    narrow = vessel.send("follow_path", path=path((100.0, 0.0), (200.0, 0.0), (200.0, 20.0), (300.0, 20.0)))
+    status, code, text = narrow.result()
+    assert (status, code, "corner" in text) == (ABORTED, Code.REFUSED, True)
+    count = len(sent.feedback)
+    vessel.until(lambda: len(sent.feedback) > count)
+    assert not sent.done
+
+
+def test_in_real_time_a_cancel_stops_the_reference_at_once_and_the_next_goal_is_sailed_from_there(start: Any) -> None:
+    vessel = start("path", lockstep=False, motion__acceleration=0.4)
+    sent = vessel.send("follow_path", path=path((100.0, 0.0)))
+    vessel.until(lambda: sent.feedback and vessel.speed > 0.5)
+    assert sent.cancel() == 1
+    assert sent.result()[:2] == (CANCELED, Code.CANCELLED)
+    vessel.until(lambda: vessel.speed < 0.01)
+    x = float(vessel.states[-1][0])
+    again = vessel.send("follow_path", path=path((100.0, 0.0)))
+    vessel.until(lambda: again.feedback and vessel.speed > 0.3)
+    assert 0.0 < x < float(vessel.states[-1][0]) < 90.0
+    steps = [math.dist(a[:2], b[:2]) for a, b in pairwise(vessel.states)]
+    assert max(steps) < 1.1 * 1.5 / RATE_HZ
+
+
+def test_in_real_time_of_goals_that_follow_each_other_quickly_the_last_one_is_sailed(start: Any) -> None:
+    vessel = start("path", lockstep=False)
+    goals = [vessel.send("follow_path", path=path((30.0 + k, 0.0))) for k in range(4)]
+    last = goals.pop()
+    assert {goal.result() for goal in goals} == {(ABORTED, Code.PREEMPTED, "a newer goal took its place")}
+    vessel.until(lambda: last.feedback)
+    cancelled = vessel.send("follow_path", path=path((50.0, 0.0)))
+    assert cancelled.cancel() == 1
+    assert cancelled.result()[:2] == (CANCELED, Code.CANCELLED)
+
+
+def test_in_real_time_a_hold_discards_the_path_of_a_message_that_is_being_planned(bench: Any, start: Any) -> None:
+    vessel = start("path", lockstep=False, motion__acceleration=0.4)
+    publisher = bench.probe.create_publisher(Path, "path", 10)
+    bench.until(publisher.get_subscription_count)
+    publisher.publish(path((100.0, 0.0)))
+    vessel.until(lambda: vessel.speed > 0.5)
+    publisher.publish(path((100.0, 50.0)))
+    assert bench.call(SetBool, "reference_ship/hold", SetBool.Request(data=True)).success
+    vessel.until(lambda: vessel.speed < 0.01)
+    publisher.publish(path((100.0, 50.0)))
+    bench.until(lambda: "the vessel is held" in vessel.node.status()[1])
+    assert bench.call(SetBool, "reference_ship/hold", SetBool.Request(data=False)).success
+    vessel.until(lambda: vessel.speed > 0.3)

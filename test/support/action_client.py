@@ -1,4 +1,4 @@
-"""A client of the actions of a reference ship in lockstep, whose vessel follows the reference exactly, or with an offset."""
+"""A client of the actions of a reference ship, by default in lockstep, whose vessel follows the reference, or with an offset."""
 
 import math
 from typing import Any
@@ -14,7 +14,7 @@ from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 
-RATE_HZ = 20.0
+RATE_HZ = 10.0
 KINDS = {
     "navigate_to_pose": NavigateToPose,
     "follow_path": FollowPath,
@@ -72,17 +72,19 @@ class Sent:
 
 
 class Vessel:
-    """A reference-ship node in lockstep with a clock of the test, a vessel that follows it, and clients of its actions."""
+    """A reference-ship node, in lockstep with a clock of the test, a vessel that follows it, and clients of its actions."""
 
-    def __init__(self, bench: Any, **parameters: Any) -> None:
+    def __init__(self, bench: Any, lockstep: bool = True, **parameters: Any) -> None:
+        self._lockstep = lockstep
         self.bench, self.offset, self.lost = bench, 0.0, False
         self.clock = bench.probe.create_publisher(Clock, "/clock", qos.CLOCK)
         self.odometry = bench.probe.create_publisher(Odometry, "odom", 10)
         self.controller = bench.probe.create_publisher(ControlState, "controller/state", 10)
-        bench.publisher(WrenchStamped, "cmd_wrench")  # the node waits for a controller
+        if lockstep:
+            bench.publisher(WrenchStamped, "cmd_wrench")  # the node waits for a controller
         self.states: list[Any] = []
         bench.probe.create_subscription(ReferenceState, "reference", self._follow, qos.LOSSLESS)
-        self.node = bench.start(ReferenceShipNode, rate_hz=RATE_HZ, **parameters)
+        self.node = bench.start(ReferenceShipNode, lockstep=lockstep, rate_hz=RATE_HZ, **parameters)
         self._clients: dict[str, Any] = {}
         bench.until(lambda: self.states)
 
@@ -101,7 +103,10 @@ class Vessel:
         return Sent(self.bench, self._clients[name], KINDS[name].Goal(**fields))
 
     def advance(self, seconds: float) -> None:
-        """Advance the clock."""
+        """Advance the clock; in real time, wait."""
+        if not self._lockstep:
+            self.bench.spin(seconds)
+            return
         for _ in range(round(seconds * RATE_HZ)):
             count = len(self.states) + 1
             self.clock.publish(Clock(clock=conv.time_message(round((count - 2) * 1e9 / RATE_HZ))))
@@ -109,6 +114,9 @@ class Vessel:
 
     def until(self, condition: Any, seconds: float = 600.0) -> None:
         """Advance the clock until a condition holds; the test fails after a time on it, s."""
+        if not self._lockstep:
+            self.bench.until(condition)
+            return
         for _ in range(round(seconds)):
             if condition():
                 return
