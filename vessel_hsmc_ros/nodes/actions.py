@@ -88,7 +88,7 @@ class Actions:
         if self._sight is None:  # in lockstep a run without goals has no further subscriptions
             self._sight = VesselSight(self._node, self._p)
         goal = Goal(bytes(handle.goal_id.uuid), action.kind != "NavigateToPose")
-        refusal, way = "", Way([], "")
+        refusal, way = "" if self._node.connected else "the reference ship has not begun: it waits for other nodes", Way([], "")
         try:
             way = action.read(handle.request, Frames(self._node.frames, self._node.here, self._p.datum))
         except GoalError as error:

@@ -1,6 +1,8 @@
 """What sails the reference for messages and actions: ways that are planned or set at once, hold, and the way home."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from importlib import import_module
 from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import GoalError, RefusalError
@@ -28,6 +30,9 @@ class Helm:
     def __init__(self, node: Any, ship: Any, period: float) -> None:
         self._node, self._ship, self._p = node, ship, node.parameters
         self.planning = PathPlanning(ship, period)
+        if self._p.mode == "path" and self._p.lockstep:
+            with suppress(ImportError):  # the first plan names what is missing
+                import_module("scipy.integrate")  # takes a second, for which the plant would wait at the first path
         self._taken: Callable[[Sequence[Any]], None] = lambda _points: None
         self._refused: Refused = _unanswered
         self._interrupted: Any = None  # what a hold interrupts: the goal, or that it is a path; None for nothing
