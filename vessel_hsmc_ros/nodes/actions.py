@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -25,8 +26,21 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.action_messages import ACTIONS, Action, Frames, Way, action_type, duration, filled, missed
 from vessel_hsmc_ros.nodes.vessel_sight import VesselSight
 
+RCLError = rclpy_implementation.RCLError
 TICK = 0.5  # period of feedback, and of looking at the vessel, s
 ANSWER_LIMIT = 0.5  # longest time for the last results at the end of the node, s
+
+
+class PatientServer(ActionServer):  # type: ignore[misc]
+    """An action server that a request of broken bytes does not end."""
+
+    def take_data(self) -> dict[str, Any]:
+        """As that of rclpy; without what cannot be read."""
+        try:
+            return dict(super().take_data())
+        except RCLError as error:
+            self._node.get_logger().error(f"a request to an action cannot be read: {str(error).splitlines()[0]}")
+            return {}
 
 
 @dataclass
@@ -72,7 +86,7 @@ class Actions:
             node.create_timer(TICK, self.tick, clock=node.wall)
 
     def _serve(self, name: str, action: Action) -> ActionServer:
-        return ActionServer(
+        return PatientServer(
             self._node,
             action_type(action.kind),
             name,

@@ -77,7 +77,7 @@ class ReferenceShipNode(VesselNode):
         self.helm = Helm(self, self._ship, self._grid.period)
         self.actions = Actions(self)
         self.reporter.offer("reset", self._reset)
-        self.reporter.offer_switch("hold", "go on", self.helm.hold_or_go_on)
+        self.reporter.offer_switch("hold", "release", self.helm.hold_or_go_on)
         self.reporter.offer_switch("pause", "resume", self._pause)
 
     def describe(self) -> str:

@@ -17,6 +17,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.scenario.action_parameters import ActionParameters
 
 OLD = 1.0  # age from which on odometry does not count, s
+REASONS = {int(reason): reason for reason in Reason}
 SILENT = 3.0  # silence after which a controller counts as gone, s
 
 
@@ -36,8 +37,11 @@ class Latest:
         return time.monotonic() - self.at
 
     def read(self) -> Any:
-        """The newest message; None without one."""
-        return deserialize_message(self._data, self._kind) if self._data else None
+        """The newest message; None without one, or of one that cannot be read."""
+        try:
+            return deserialize_message(self._data, self._kind) if self._data else None
+        except RuntimeError:  # of the middleware
+            return None
 
 
 class VesselSight:
@@ -61,7 +65,7 @@ class VesselSight:
     def operation(self) -> Operation | None:
         """What the controller does; None where it has never been heard of."""
         message = self._controller.read()
-        return None if message is None else Operation(message.operation)
+        return Operation(message.operation) if message is not None and message.operation in set(Operation) else None
 
     def controller(self) -> tuple[str, str]:
         """Why the controller does not command, and the reason of its safe action; empty where neither is so.
@@ -73,11 +77,12 @@ class VesselSight:
             return "", ""
         if self._controller.age > SILENT and not self._lockstep:
             return f"controller silent for more than {SILENT:g} s", ""
-        operation, reason = Operation(message.operation), Reason(message.reason)  # type: ignore[call-arg]
-        text = f"{reason.name}, {reason.text}"
-        if operation in (Operation.STANDBY, Operation.STOPPED):
-            return f"controller in {operation.name.lower()}: {text}", ""
-        return "", text if operation == Operation.SAFE else ""
+        reason = REASONS.get(message.reason)
+        text = f"{reason.name}, {reason.text}" if reason else f"reason {message.reason}"
+        for standing in (Operation.STANDBY, Operation.STOPPED):
+            if message.operation == standing:
+                return f"controller in {standing.name.lower()}: {text}", ""
+        return "", text if message.operation == Operation.SAFE else ""
 
     def battery(self) -> str:
         """That the battery is low; empty if it is not, or not known."""
