@@ -14,6 +14,7 @@ from nav_msgs.msg import Path
 
 from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
+from vessel_hsmc_ros.guidance.goal_parameters import NONE
 from vessel_hsmc_ros.guidance.path_parameters import Point
 from vessel_hsmc_ros.messages.conversions import time_message
 from vessel_hsmc_ros.messages.goals import read_goal, read_path
@@ -55,7 +56,7 @@ def _read_waypoints(goal: Any, f: Frames) -> Way:
 
 
 def _read_places(goal: Any, f: Frames) -> Way:
-    if not f.datum:
+    if f.datum == NONE:
         raise GoalError("reference_ship.actions.datum must be given for places by latitude and longitude: that of the odometry")
     plane, points = Plane(*f.datum), []
     for number, pose in enumerate(goal.gps_poses):

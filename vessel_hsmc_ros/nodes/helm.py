@@ -7,6 +7,7 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import GoalError, RefusalError
 from vessel_hsmc_ros.guidance.corners import THROUGH
+from vessel_hsmc_ros.guidance.goal_parameters import NONE
 from vessel_hsmc_ros.guidance.polyline import Waypoint
 from vessel_hsmc_ros.nodes.action_messages import Way
 from vessel_hsmc_ros.nodes.path_planning import PathPlanning
@@ -90,7 +91,7 @@ class Helm:
 
     def sail_home(self, home: Sequence[float], frame: str) -> None:
         """Return to a place x, y, m, or to the initial pose where none is given."""
-        (x, y), heading = home or self._p.initial_pose[:2], self._p.initial_pose[2]
+        (x, y), heading = self._p.initial_pose[:2] if home == NONE else home, self._p.initial_pose[2]
         way = Way([(float(x), float(y))], frame, float(heading) if self._p.mode == "goal" else None)
         self.sail(way, lambda: self._node.reporter.event("goal", f"home, x = {x:g}, y = {y:g}"))
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.guidance.goal_parameters import NONE
 
 OWNER = "reference_ship.actions"
 
@@ -45,10 +46,13 @@ class ActionParameters:
         choices=("hold", "stop", "return"),
     )
     home: tuple[float, ...] = parameter(
-        (), "x, y to return to; by default those of `initial_pose`.", unit="m", low=-1e6, high=1e6
+        NONE, "x, y to return to; [0.0] for those of `initial_pose`.", unit="m", low=-1e6, high=1e6
     )
     datum: tuple[float, ...] = parameter(
-        (), "Latitude and longitude of the origin of the odometry, degrees, for follow_gps_waypoints.", low=-180.0, high=180.0
+        NONE,
+        "Latitude and longitude of the origin of the odometry, degrees, for follow_gps_waypoints; [0.0] for none.",
+        low=-180.0,
+        high=180.0,
     )
     battery: float = parameter(
         0.0,
@@ -63,9 +67,9 @@ class ActionParameters:
 
     def __post_init__(self) -> None:
         for name, what in (("home", "x and y"), ("datum", "a latitude and a longitude")):
-            if len(getattr(self, name)) not in (0, 2):
+            if getattr(self, name) != NONE and len(getattr(self, name)) != 2:
                 raise ParameterError(f"{OWNER}.{name} must be {what} (got {list(getattr(self, name))})")
-        if self.datum and not abs(self.datum[0]) < 90.0:
+        if not abs(self.datum[0]) < 90.0:
             raise ParameterError(
                 f"{OWNER}.datum must be a latitude within -90 and 90 degrees, then a longitude (got {list(self.datum)})"
             )
