@@ -59,5 +59,5 @@ def test_fields_that_a_version_does_not_have_are_left_out() -> None:
 def test_waypoints_that_were_not_passed_are_named_once_each_also_of_loops() -> None:
     result = vessel_hsmc_msgs.action.FollowGPSWaypoints.Result()
     # Of four waypoints from the second on and all of them again: seven, of which five were passed.
-    missed(result, Way([(0.0, 0.0)] * 7, "odom", first=1, count=4), 5, int(Code.CANCELLED))
+    missed(result, Way([(0.0, 0.0)] * 7, "odom", first=1, total=4), 5, int(Code.CANCELLED))
     assert [(one.index, one.error_code) for one in result.missed_waypoints] == [(2, 10002), (3, 10002)]

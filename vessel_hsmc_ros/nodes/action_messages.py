@@ -29,7 +29,7 @@ class Way(NamedTuple):
     frame: str
     heading: float | None = None  # at the end, rad
     first: int = 0  # index of the first of the points among those of the goal
-    count: int = 1  # number of the poses of the goal, which loops repeat
+    total: int = 1  # number of the poses of the goal, which loops repeat
     poses: Any = ()  # of the goal, for the waypoints that are missed
 
 
@@ -81,7 +81,7 @@ def _looped(goal: Any, way: Way) -> Way:
         raise GoalError(f"goal_index must be below the number of poses, {count} (got {first})")
     if count * (loops + 1) > MAX_WAYPOINTS:
         raise GoalError(f"poses times loops must be at most {MAX_WAYPOINTS} (got {count} poses, number_of_loops {loops})")
-    return way._replace(points=way.points[first:] + way.points * loops, first=first, count=count)
+    return way._replace(points=way.points[first:] + way.points * loops, first=first, total=count)
 
 
 class Action(NamedTuple):
@@ -128,7 +128,7 @@ def missed(result: Any, way: Way, passed: int, code: int) -> None:
     if not hasattr(result, "missed_waypoints"):
         return
     kind = import_module(f"{type(result).__module__.split('.')[0]}.msg").MissedWaypoint
-    indices = {(way.first + k) % way.count for k in range(passed, len(way.points))}
+    indices = {(way.first + k) % way.total for k in range(passed, len(way.points))}
     for index in sorted(indices):
         one = filled(kind(), {"index": index, "error_code": code})
         if way.poses:

@@ -200,7 +200,7 @@ class Actions:
             "speed": math.hypot(motion.u, motion.v),
             "leg": progress.leg,
             "legs": progress.legs,
-            "current_waypoint": (accepted.way.first + progress.leg - 1) % accepted.way.count,
+            "current_waypoint": (accepted.way.first + progress.leg - 1) % accepted.way.total,
             "current_pose": pose,
             "number_of_recoveries": min(self.tasks.recoveries, 32767),
         }

@@ -16,7 +16,7 @@ Refused = Callable[[str], None]
 
 
 def _unanswered(_why: str) -> None:
-    """Nobody waits for a refusal: the log and the diagnostics have it."""
+    """Of a refusal that no client waits for: the log and the diagnostics have it."""
 
 
 class Helm:
