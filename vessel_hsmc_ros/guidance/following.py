@@ -133,6 +133,9 @@ class Trail:
         return lag
 
 
+AT_PACE = PaceMemory(1.0, 1.0)
+
+
 class PacedReference:
     """A reference whose clock slows, stands while it is held, and goes on after that.
 
@@ -143,7 +146,7 @@ class PacedReference:
         held: Whether it comes to a stand, and stays.
     """
 
-    FIRST = PaceMemory(1.0, 1.0)  # the pace at the start
+    FIRST = AT_PACE  # the pace at the start
 
     def __init__(self, reference: Any, waiting: Waiting, period: float) -> None:
         self._reference, self._waiting, self._period = reference, waiting, period
@@ -168,6 +171,8 @@ class PacedReference:
 
     def acceleration(self) -> Array:
         """Derivatives du, dv, dr of the body velocities at the present step, shape (3,): m/s², m/s², rad/s²."""
+        if self._pace == AT_PACE:  # the sum below would change the sign of a zero
+            return self._reference.acceleration()  # type: ignore[no-any-return]
         s, rate = self._pace.s, rate_of(self._pace, self._waiting.time_constant)
         scaled: Array = s * s * self._reference.acceleration() + rate * self._reference.state[3:]
         return scaled
