@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/cmake/*.cmake)
+MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg msg_defs/action/*.action msg_defs/cmake/*.cmake)
 
 # Commands and tests start many processes: the modules are compiled once, also where the environment would forbid it.
 export PYTHONDONTWRITEBYTECODE :=

@@ -25,7 +25,14 @@ BUILD = ROOT / "build" / "messages"
 DIST = ROOT / "dist"
 NAME = "vessel_hsmc_msgs"
 
-REQUIREMENTS = ("ros-geometry-msgs~=5.3", "ros-std-msgs~=5.3", "ros-rosidl-default-runtime~=1.6.0", "numpy>=1.23")
+REQUIREMENTS = (
+    "ros-action-msgs~=2.0.3",
+    "ros-geometry-msgs~=5.3",
+    "ros-nav-msgs~=5.3",
+    "ros-std-msgs~=5.3",
+    "ros-rosidl-default-runtime~=1.6.0",
+    "numpy>=1.23",
+)
 """Of the wheel: the packages of Jazzy whose libraries it is linked with, and what its Python code imports."""
 
 LOCAL = "linux_x86_64"
@@ -63,8 +70,8 @@ def fitting(folder: Path = DIST) -> Path | None:
 def has_our_messages(wheel: Path) -> bool:
     """Whether a wheel was made from the present messages."""
     with zipfile.ZipFile(wheel) as content:
-        names = {Path(name).name: name for name in content.namelist() if name.endswith(".msg")}
-        sources = sorted((SOURCE / "msg").glob("*.msg"))
+        names = {Path(name).name: name for name in content.namelist() if name.endswith((".msg", ".action"))}
+        sources = [*SOURCE.glob("msg/*.msg"), *SOURCE.glob("action/*.action")]
         return set(names) == {path.name for path in sources} and all(
             content.read(names[p.name]) == p.read_bytes() for p in sources
         )
@@ -136,7 +143,12 @@ def contents(staging: Path, distribution: str) -> Iterator[tuple[Path, str]]:
 def is_shared(relative: Path) -> bool:
     """Whether a file is an entry of the index of packages, or a definition; the rest is for compilers and shells."""
     index = relative.match("share/ament_index/resource_index/*/*") and relative.parent.name != "parent_prefix_path"
-    return index or relative.match(f"share/{NAME}/msg/*") or relative.match(f"share/{NAME}/package.xml")
+    return (
+        index
+        or relative.match(f"share/{NAME}/msg/*")
+        or relative.match(f"share/{NAME}/action/*.action")
+        or relative.match(f"share/{NAME}/package.xml")
+    )
 
 
 def metadata() -> str:

@@ -163,7 +163,7 @@ def test_a_mission_of_positions_is_sent_to_the_vessel(reach: Reach, monkeypatch:
 
     monkeypatch.setattr("vessel_hsmc_ros.cli.mission.running_vessel", running)
     Path("way").write_text(METRES, encoding="utf-8")
-    found = reach("vessel_hsmc_ros.nodes.remote.send_path", "mission", "way", "--send", "--namespace", "one")
+    found = reach("vessel_hsmc_ros.nodes.remote.send_path", "mission", "way", "--send", "--detach", "--namespace", "one")
     assert [*found.values()] == ["remote", [(x, y, 0.0) for x, y in LAWN]]
     assert namespaces == ["one"]
 
@@ -221,6 +221,6 @@ def test_a_mission_is_sent_only_with_the_datum_of_the_odometry(
         return "path: 3 waypoints"
 
     monkeypatch.setattr("vessel_hsmc_ros.nodes.remote.send_path", send)
-    done = call(of_table(PLACES), "--send", "--datum", "63.44,10.39")
+    done = call(of_table(PLACES), "--send", "--detach", "--datum", "63.44,10.39")
     assert (len(found) == 3) == sent
     assert ("--datum must be that of /navsat_odom, 63.45,10.39 (got 63.44,10.39)" in str(done.exception)) != sent

@@ -276,7 +276,7 @@ def test_goto_sends_the_pose_to_the_vessel(
     reach: Reach, namespaces: list[str], arguments: list[str], pose: tuple[float, float, float | None] | None
 ) -> None:
     pytest.importorskip("rclpy", reason="ROS is not installed")
-    found = reach("vessel_hsmc_ros.nodes.remote.send_goal", "goto", *arguments, "--namespace", "boat")
+    found = reach("vessel_hsmc_ros.nodes.remote.send_goal", "goto", "--detach", *arguments, "--namespace", "boat")
     assert namespaces == ["boat"]
     x, y, heading = [*found.values()][1:4]
     assert (x, y, heading) == (pose or (3.0, -4.0, pytest.approx(-1.5707963267948966)))
@@ -285,7 +285,7 @@ def test_goto_sends_the_pose_to_the_vessel(
 def test_path_set_and_check_take_the_vessel(reach: Reach, namespaces: list[str], tmp_path: Path) -> None:
     pytest.importorskip("rclpy", reason="ROS is not installed")
     (tmp_path / "way.csv").write_text("1,2\n3,4,0.5\n")
-    found = reach("vessel_hsmc_ros.nodes.remote.send_path", "path", "way.csv", "--namespace", "one")
+    found = reach("vessel_hsmc_ros.nodes.remote.send_path", "path", "way.csv", "--detach", "--namespace", "one")
     assert [*found.values()] == ["remote", [(1.0, 2.0, 0.0), (3.0, 4.0, 0.5)]]
     found = reach("vessel_hsmc_ros.nodes.remote.change_parameters", "set", "a.x=1", "a.y=[2]", "--namespace", "two")
     assert [*found.values()] == ["remote", {"a.x": 1, "a.y": [2]}]

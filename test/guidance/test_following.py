@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.guidance.factory import CURVES, PLANNED, REFERENCES, ReferenceShipParameters, make_reference
+from vessel_hsmc_ros.guidance.factory import (
+    CURVES,
+    PLANNED,
+    REFERENCES,
+    ReferenceShipParameters,
+    make_held_reference,
+    make_reference,
+)
 from vessel_hsmc_ros.guidance.following import (
     TRAIL_POINTS,
     PaceMemory,
@@ -22,6 +29,7 @@ from vessel_hsmc_ros.guidance.following import (
     waiting_of,
 )
 from vessel_hsmc_ros.guidance.motion_filter import MotionLimits
+from vessel_hsmc_ros.guidance.path_parameters import PathParameters
 
 PERIOD = 0.05
 WAITING = Waiting(2.0, 6.0, 3.0)
@@ -162,3 +170,30 @@ def test_a_slow_vessel_is_never_left_further_behind_than_where_the_clock_stands(
         x = min(x + speed * 1.5 * period, made.state[0])
         assert made.state[0] - x < 1.05 * made._waiting.stands
     assert made.pace == pytest.approx(speed, abs=0.05)
+
+
+@pytest.mark.parametrize("mode", ["path", "lawnmower", "circle", "spiral"])
+def test_a_reference_that_is_not_held_is_the_same_to_the_bit_and_one_that_is_comes_to_rest_and_goes_on(mode: str) -> None:
+    parameters = ReferenceShipParameters(
+        mode=mode, initial_pose=(0.0, 0.0, 0.0), path=PathParameters(waypoints=(80.0, 0.0, 80.0, 60.0))
+    )
+    plain, held = make_reference(parameters, PERIOD), make_held_reference(parameters, PERIOD)
+    for _ in range(800):
+        assert plain.state.tobytes() == held.state.tobytes()
+        assert plain.acceleration().tobytes() == held.acceleration().tobytes()
+        plain.advance()
+        held.advance()
+    reference: Any = held
+    reference.held = True
+    states = [held.state]
+    for step in range(3000):
+        reference.held = step < 1500
+        held.advance()
+        states.append(held.state)
+        if step == 1500:
+            assert np.hypot(*states[-1][3:5]) < 1e-3
+            stood = states[-1]
+    moved = np.diff(np.array(states), axis=0)
+    limits = parameters.motion
+    assert np.abs(moved[:, 3]).max() <= 1.05 * max(limits.acceleration, 0.3) * PERIOD
+    assert math.dist(states[-1][:2], stood[:2]) > 5.0

@@ -293,3 +293,31 @@ def test_the_velocity_of_a_slow_stream_does_not_overshoot() -> None:
     assert reference.target().speed == pytest.approx(1.0)
     reference.set_goal(12.1, 0.0, 0.0, 9.8)
     assert reference.target().speed == pytest.approx(0.5)
+
+
+@given(places, places, st.floats(1.0, 60.0))
+@settings(max_examples=4, deadline=None)
+def test_a_reference_that_is_halted_comes_to_rest_ahead_by_a_feasible_motion_and_stays(x: float, y: float, time: float) -> None:
+    reference = reference_of([(0.5, x, y, 0.0)])
+    motion_of(reference, time)
+    before = reference.state
+    reference.halt()
+    states, accelerations = motion_of(reference, 150.0)
+    assert_feasible(states, accelerations)
+    assert np.abs(states[-1, 3:]).max() < 0.01
+    assert reference.arrived
+    braking = before[3] ** 2 / LIMITS.acceleration  # with half the acceleration
+    assert math.dist(states[-1, :2], before[:2]) < braking + 5.0 * abs(before[3]) + 0.5
+
+
+def test_goals_set_as_actions_are_no_stream_however_quickly_they_follow_each_other() -> None:
+    reference = reference_of()
+    for k in range(5):
+        reference.go_to(20.0 + k, 0.0, 0.0)
+        motion_of(reference, 0.5)
+        assert reference.target().speed == 0.0
+    assert not reference.arrived
+    assert reference.time_left > 24.0 / LIMITS.speed - 1.0
+    motion_of(reference, 200.0)
+    assert reference.arrived
+    assert reference.time_left < 0.5

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from bag_making import write_run
 from definitions import module
+from rclpy.action import get_action_server_names_and_types_by_node
 from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.bags.reader import open_bag
@@ -36,11 +37,12 @@ ANY_PORT = {"connection": "udpin:127.0.0.1:0", "use_sim_time": True}
 LOCKSTEP, REAL_TIME = {"lockstep": True}, {"lockstep": False}
 SIMULATED = REAL_TIME | {"use_sim_time": True}
 BY_THRUSTERS = RUDDER | {"actuators__kind": "thrusters"}
+DECLARED = {"actions__battery": 0.2, "actions__operator_timeout": 3.0, "actions__at_end": "stop"}
 DEMANDS = ["thrusters/left/thrust"]
 
 CONFIGURATIONS: dict[Any, list[dict[str, Any]]] = {
     ControllerNode: [REAL_TIME | {"observer__enabled": True}, SIMULATED, LOCKSTEP],
-    ReferenceShipNode: [SIMULATED | {"mode": "path"}, REAL_TIME | {"mode": "goal"}, LOCKSTEP],
+    ReferenceShipNode: [SIMULATED | {"mode": "path"}, REAL_TIME | {"mode": "goal", **DECLARED}, LOCKSTEP],
     VesselSimNode: [
         LOCKSTEP | {"sensors__position_noise": 0.1},
         SIMULATED,
@@ -78,21 +80,22 @@ UNSEEN: dict[tuple[Any, str], set[str]] = {
 
 
 def allowed(node: str, rule: str) -> set[str]:
-    """The full names, or patterns, that a node may publish, subscribe to, serve or request."""
+    """The full names, or patterns, that a node may publish, subscribe to, serve, request or execute."""
     lists = POLICY.iterfind(f".//profile[@node='{node}']/*[@{rule}='ALLOW']")
     names = [entry.text or "" for each in lists for entry in each]
     return {f"/{node}/{name[2:]}" if name.startswith("~/") else "/" + name.lstrip("/") for name in names}
 
 
 def live(probe: Any, name: str) -> dict[str, set[str]]:
-    """What a node of the graph publishes, subscribes to, serves and requests."""
+    """What a node of the graph publishes, subscribes to, serves, requests and executes."""
     queries = {
         "publish": probe.get_publisher_names_and_types_by_node,
         "subscribe": probe.get_subscriber_names_and_types_by_node,
         "reply": probe.get_service_names_and_types_by_node,
         "request": probe.get_client_names_and_types_by_node,
     }
-    return {rule: {found for found, _ in query(name, "/")} for rule, query in queries.items()}
+    seen = {rule: {found for found, _ in query(name, "/") if "/_action/" not in found} for rule, query in queries.items()}
+    return {**seen, "execute": {found for found, _ in get_action_server_names_and_types_by_node(probe, name, "/")}}
 
 
 def announce(bench: Any, kind: Any) -> None:
@@ -107,7 +110,7 @@ def announce(bench: Any, kind: Any) -> None:
 @pytest.mark.parametrize("kind", CONFIGURATIONS, ids=[kind.NAME for kind in CONFIGURATIONS])
 def test_a_live_node_has_what_the_policy_allows_and_nothing_more(bench: Any, tmp_path: Path, kind: Any) -> None:
     announce(bench, kind)
-    rules = {rule: allowed(kind.NAME, rule) for rule in ("publish", "subscribe", "reply", "request")}
+    rules = {rule: allowed(kind.NAME, rule) for rule in ("publish", "subscribe", "reply", "request", "execute")}
     used: dict[str, set[str]] = {rule: UNSEEN.get((kind, rule), set()).copy() for rule in rules}
     # A node of another test that was killed stays in the graph until its lease ends.
     bench.until(lambda: kind.NAME not in bench.probe.get_node_names())

@@ -165,12 +165,12 @@ def test_a_reset_discards_the_path_that_is_planned_and_the_one_that_waits_for_it
         made.node._on_path(message)
         if x == 60.0:
             made.node._on_timer()
-            assert made.node._planning.busy
-    plan = made.node._planning._plan
+            assert made.node.helm.planning.busy
+    plan = made.node.helm.planning._plan
     made.node._reset()
     plan.result(60.0)
     made.run(3.0)
-    assert not made.node._planning.busy
+    assert not made.node.helm.planning.busy
     assert conv.read_reference(made.references[-1])[0] == pytest.approx((1.0, 2.0, 0.0, 0.0, 0.0, 0.0))
     assert [kind for kind, _ in made.events] == []
 

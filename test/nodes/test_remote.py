@@ -108,11 +108,11 @@ def test_nodes_are_paused_reset_and_stopped(bench: Any, vessel_hsmc: Any) -> Non
 
 def test_a_goal_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any) -> None:
     bench.start(ReferenceShipNode, mode="goal", frame_prefix="alpha/", **RATE)
-    assert vessel_hsmc("goto", "-15", "-3.5", "1.5") == (0, "goal: x = -15, y = -3.5, heading = 1.5\n", "")
-    assert vessel_hsmc("goto", "40", "20", "--heading-deg", "180")[1] == "goal: x = 40, y = 20, heading = 3.14159\n"
-    _, without, _ = vessel_hsmc("goto", "-1000", "1000")  # from a reference that is near the origin
+    assert vessel_hsmc("goto", "--detach", "-15", "-3.5", "1.5") == (0, "goal: x = -15, y = -3.5, heading = 1.5\n", "")
+    assert vessel_hsmc("goto", "--detach", "40", "20", "--heading-deg", "180")[1] == "goal: x = 40, y = 20, heading = 3.14159\n"
+    _, without, _ = vessel_hsmc("goto", "--detach", "-1000", "1000")  # from a reference that is near the origin
     assert float(without.removeprefix("goal: x = -1000, y = 1000, heading = ")) == pytest.approx(0.75 * math.pi, abs=0.1)
-    code, _, error = vessel_hsmc("goto", "40", "20", "1", "--heading-deg", "90")
+    code, _, error = vessel_hsmc("goto", "--detach", "40", "20", "1", "--heading-deg", "90")
     assert code == 2
     assert "give the heading either as HEADING, in radians, or as --heading-deg" in error
     assert vessel_hsmc("goto", "nan", "20", "0")[2] == "error: goal nan 20 0 is not allowed: it takes finite numbers\n"
@@ -121,11 +121,11 @@ def test_a_goal_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any) -> N
 def test_a_goal_that_is_refused_is_an_error_with_the_reason_of_the_reference(bench: Any, vessel_hsmc: Any) -> None:
     bench.start(ReferenceShipNode, mode="goal", **RATE)
     for _ in range(2):
-        code, output, error = vessel_hsmc("goto", "1e9", "0", "0")
+        code, output, error = vessel_hsmc("goto", "--detach", "1e9", "0", "0")
         assert (code, output) == (1, "")
         assert error.startswith("error: /reference_ship: goal must be within 100 km of the reference at x = ")
         assert "(got x = 1e+09, y = 0, 1e+06 km)" in error
-    assert vessel_hsmc("goto", "9", "0", "0") == (0, "goal: x = 9, y = 0, heading = 0\n", "")
+    assert vessel_hsmc("goto", "--detach", "9", "0", "0") == (0, "goal: x = 9, y = 0, heading = 0\n", "")
 
 
 def test_a_goal_reaches_the_vessel_of_its_namespace_from_its_own_place_also_while_its_controller_is_stopped(
@@ -142,7 +142,7 @@ def test_a_goal_reaches_the_vessel_of_its_namespace_from_its_own_place_also_whil
         other = next(ship for vessel, ship in ships.items() if vessel != name)
         before = other._ship.target()
         goal = [x - 300.0 - 100.0 * number, y + 300.0 + 100.0 * number]
-        code, output, error = vessel_hsmc("goto", *map(str, goal), "--namespace", f"/{name}")
+        code, output, error = vessel_hsmc("goto", "--detach", *map(str, goal), "--namespace", f"/{name}")
         assert (code, error) == (0, "")
         target = ships[name]._ship.target()
         assert [target.x, target.y] == goal, "the second one too"
@@ -155,7 +155,7 @@ def test_a_goal_reaches_the_vessel_of_its_namespace_from_its_own_place_also_whil
 @pytest.mark.parametrize(("given", "heading"), [("190", -170.0), ("-190", 170.0), ("540", 180.0), ("-90", -90.0)])
 def test_a_heading_of_a_goal_is_any_number_of_turns(bench: Any, vessel_hsmc: Any, given: str, heading: float) -> None:
     ship = bench.start(ReferenceShipNode, mode="goal", **RATE)
-    assert vessel_hsmc("goto", "5", "6", f"--heading-deg={given}")[0] == 0
+    assert vessel_hsmc("goto", "--detach", "5", "6", f"--heading-deg={given}")[0] == 0
     assert wrap(ship._ship.target().psi - math.radians(heading)) == pytest.approx(0.0, abs=1e-9)
     assert abs(ship._ship.target().psi) <= math.pi
 
@@ -164,8 +164,8 @@ def test_a_path_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any, tmp_
     bench.start(ReferenceShipNode, mode="path", **RATE)
     (tmp_path / "route.csv").write_text("x,y\n10,0\n10,20\n")
     confirmed = "path: 2 waypoints, the last at x = 10, y = 20\n"
-    assert vessel_hsmc("path", str(tmp_path / "route.csv")) == (0, confirmed, "")
-    code, _, error = vessel_hsmc("goto", "1", "2", "3")
+    assert vessel_hsmc("path", "--detach", str(tmp_path / "route.csv")) == (0, confirmed, "")
+    code, _, error = vessel_hsmc("goto", "--detach", "1", "2", "3")
     assert code == 1
     remedy = "start the run with --set reference_ship.mode=goal"
     assert error == f"error: /reference_ship takes no goal: its mode is path; {remedy}\n"

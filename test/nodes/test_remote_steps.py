@@ -261,7 +261,7 @@ def test_a_goal_is_sent_in_the_frame_of_the_reference_with_a_heading_of_zero_too
     talking = Talking([OWN])
     settings: dict[str, Any] = {"mode": "goal", "frame_prefix": "boat/", "frames": ["map", "odom"]}
     monkeypatch.setattr(remote, "get_parameters", lambda *_: settings)
-    monkeypatch.setattr(remote, "_bearing", lambda *_: 0.25)
+    monkeypatch.setattr(remote, "bearing", lambda *_: 0.25)
     assert send_goal(talking, 0.0, -3.0, heading) == "goal: x = 1"
     ((name, message),) = talking.published
     pose = message.pose

@@ -81,7 +81,7 @@ def test_a_foreign_boat_follows_a_path_and_stops(
     def latest() -> tuple[float, ...]:
         return tuple(map(float, REPORT.findall(boat.text)[-1]))
 
-    assert vessel_hsmc("path", tmp_path / "legs.csv") == 0
+    assert vessel_hsmc("path", tmp_path / "legs.csv", "--detach") == 0
     boat.until(lambda: vessel_hsmc("call", "enable") == 0, 60.0)
     boat.until(lambda: latest()[0] > 1.5, 60.0)
     assert abs(latest()[1]) < 0.5, "off the leg, which is along x"

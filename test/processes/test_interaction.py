@@ -25,7 +25,7 @@ def test_every_action_on_a_running_vessel_is_an_event_in_its_bag(
         ("set", "controller.guided.position_gain=0.5"),
         ("call", "pause"),
         ("call", "resume"),
-        ("path", tmp_path / "route.csv"),
+        ("path", tmp_path / "route.csv", "--detach"),
         ("call", "reset"),
     )
     runs = run.output.parent / "runs"

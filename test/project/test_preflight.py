@@ -61,7 +61,7 @@ def message_wheel(folder: Path, tag: str, change: bytes = b"") -> Path:
     """A wheel with the definitions of the messages only."""
     path = folder / f"vessel_hsmc_msgs-{messages.version()}-{tag}.whl"
     with zipfile.ZipFile(path, "w") as wheel:
-        for definition in (messages.SOURCE / "msg").glob("*.msg"):
+        for definition in (*messages.SOURCE.glob("msg/*.msg"), *messages.SOURCE.glob("action/*.action")):
             wheel.writestr(f"share/{definition.name}", definition.read_bytes() + change)
     return path
 

@@ -25,7 +25,17 @@ SENSORS = {"fix", "fix_2", "imu", "heading", "fix_velocity", "course", "speed"}
 DRIVES = {"normalised_wrench", "cmd_vel", "throttle", "steering"}
 PX4 = {f"fmu/in/{name}" for name in ("offboard_control_mode", "rover_throttle_setpoint", "rover_steering_setpoint")}
 PX4 |= {f"fmu/out/{name}" for name in ("vehicle_odometry", "vehicle_status")}
-BEYOND = {"thrusters/*", "watched_wrench", "~/transition_event", "relayed/*", *SENSORS, *DRIVES, *PX4}
+BEYOND = {
+    "thrusters/*",
+    "watched_wrench",
+    "~/transition_event",
+    "relayed/*",
+    "battery_state",
+    "operator_heartbeat",
+    *SENSORS,
+    *DRIVES,
+    *PX4,
+}
 """Topics that are not in the lists of recorded and watched ones."""
 
 

@@ -10,9 +10,9 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
-from vessel_hsmc_ros.boats.geodesy import FARTHEST, Plane, exchanged
 from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
 from vessel_hsmc_ros.core.kinematics import Motion, heading_from_quaternion, in_body_frame, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions

@@ -12,8 +12,8 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from vessel_hsmc_ros.boats.geodesy import Plane
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.geodesy import Plane
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.limits import between
 from vessel_hsmc_ros.plant.dynamics import Wrench

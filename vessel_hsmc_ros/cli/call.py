@@ -1,4 +1,4 @@
-"""`vessel-hsmc call`: pause, resume, reset, enable, disable, stop or rearm running nodes."""
+"""`vessel-hsmc call`: pause, resume, hold, release, reset, enable, disable, stop or rearm running nodes."""
 
 import click
 
@@ -9,6 +9,8 @@ from vessel_hsmc_ros.core.exceptions import RunError
 SWITCHES = {
     "pause": (("vessel_sim", "reference_ship"), "pause", True),
     "resume": (("vessel_sim", "reference_ship"), "pause", False),
+    "hold": (("reference_ship",), "hold", True),
+    "release": (("reference_ship",), "hold", False),
     "enable": (("controller",), "enable", True),
     "disable": (("controller",), "enable", False),
 }
@@ -26,11 +28,13 @@ TRIGGERS = {
 @click.argument("action", type=click.Choice([*SWITCHES, *TRIGGERS]))
 @vessel_option
 def call(action: str, namespace: str) -> None:
-    """Pause, resume, reset, enable, disable, stop or rearm a running vessel.
+    """Pause, resume, hold, release, reset, enable, disable, stop or rearm a running vessel.
 
     \b
     pause     pause ship and reference; in real time the clock goes on
     resume    let ship and reference go on after a pause
+    hold      let the vessel come to rest on its way and keep station
+    release   let it sail its way on after a hold
     reset     put ship and reference back to their start, and reset the law
     disable   put the controller into standby: it commands zero until `enable`
               (the run goes on; Ctrl-C in its terminal ends it)

@@ -28,6 +28,7 @@ from vessel_hsmc_ros.boats.missions.placing import Placed, datum_of, placed
 from vessel_hsmc_ros.boats.missions.reading import read_mission
 from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
 from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
+from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.core.node_list import REFERENCE
@@ -59,7 +60,8 @@ SAME_DATUM = 1e-7
 @click.option(
     "--into", type=click.Path(path_type=Path, dir_okay=False), metavar="PATH", help="Write its parameters to a new file."
 )
-@click.option("--send", is_flag=True, help="Send it to a running vessel, as `path` does.")
+@click.option("--send", is_flag=True, help="Send it to a running vessel and wait for the end, as `path` does.")
+@detach_option
 @vessel_option
 def mission(file: Path, **given: Any) -> None:
     """Show the legs of the mission in FILE, and what of it cannot be sailed; write or send it.
@@ -87,7 +89,7 @@ def mission(file: Path, **given: Any) -> None:
         longer = f" --set vessel_sim.duration={duration}" if duration else ""
         print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
     if given["send"]:
-        _send(whole, found.datum, given["namespace"])
+        _send(whole, found.datum, given["namespace"], given["detach"])
 
 
 def _check_options(given: dict[str, Any]) -> None:
@@ -97,7 +99,7 @@ def _check_options(given: dict[str, Any]) -> None:
         click.UsageError: they do.
     """
     if not given["send"]:
-        refuse_without("--send", "namespace")
+        refuse_without("--send", "namespace", "detach")
     if not given["swath"]:
         refuse_without("--swath", "along")
     for one, other in (("into", "send"), ("resume", "legs"), ("swath", "legs"), ("swath", "resume"), ("swath", "send")):
@@ -286,18 +288,23 @@ def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> 
         raise ScenarioError(f"{into} cannot be written: {error.strerror}") from None
 
 
-def _send(whole: Mission, datum: Pair | None, namespace: str) -> None:
-    """Send the positions to a running vessel.
+def _send(whole: Mission, datum: Pair | None, namespace: str, detach: bool) -> None:
+    """Send the positions to a running vessel, and wait for the end unless the command is detached from it.
 
     Raises:
         ParameterError: its odometry has another datum.
-        RunError: it takes no path, or refuses this one.
+        RunError: it takes no path, refuses this one, or does not come to its end.
     """
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import get_parameters, send_path
+        from vessel_hsmc_ros.nodes.remote_actions import sail_along
 
         if datum is not None:
             remote.require(REFERENCE)
             if remote.name(NAVSAT) in remote.nodes():
                 _require_datum(get_parameters(remote, NAVSAT, ("datum",))["datum"], datum, remote.name(NAVSAT))
-        print_line(send_path(remote, [(*point.place, 0.0) for point in whole.points]))
+        poses = [(*point.place, 0.0) for point in whole.points]
+        if detach:
+            print_line(send_path(remote, poses))
+        else:
+            show_until_end(lambda show: sail_along(remote, poses, show))

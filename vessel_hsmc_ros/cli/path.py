@@ -11,6 +11,7 @@ import yaml
 
 from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import running_vessel, vessel_option
+from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
@@ -109,17 +110,23 @@ def _waypoint(row: Sequence[Any], place: str) -> Waypoint:
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@detach_option
 @vessel_option
-def path(file: Path, namespace: str) -> None:
-    """Send a running vessel along the waypoints in FILE, a CSV or YAML file with x and y of each in metres.
+def path(file: Path, detach: bool, namespace: str) -> None:
+    """Send a running vessel along the waypoints in FILE, a CSV or YAML file with x and y of each in metres, and wait for the end.
 
     The reference ship must take paths: start it by `vessel-hsmc run waypoints --real-time`, or in any scenario with
     reference_ship.mode=path. A heading is accepted but not used: the ship follows the legs between the
     waypoints. A CSV file may begin with a row of names: x, y, z and heading, in any order; other columns, such as a latitude,
-    are refused. The exit code is 1 if the reference ship refuses the path.
+    are refused. The exit code is 0 only where the vessel has come to the end. Ctrl-C cancels: the vessel comes to rest on its
+    way and keeps station.
     """
     points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import send_path
+        from vessel_hsmc_ros.nodes.remote_actions import sail_along
 
-        print_line(send_path(remote, points))
+        if detach:
+            print_line(send_path(remote, points))
+        else:
+            show_until_end(lambda show: sail_along(remote, points, show))

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace
 from vessel_hsmc_ros.guidance.curve_reference import CurveReference
 from vessel_hsmc_ros.guidance.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.guidance.fence_check import leaving, track_leaving
-from vessel_hsmc_ros.guidance.following import FollowingReference, waiting_of
+from vessel_hsmc_ros.guidance.following import FollowingReference, PacedReference, Waiting, waiting_of
 from vessel_hsmc_ros.guidance.goal import GoalReference
 from vessel_hsmc_ros.guidance.goal_parameters import GoalParameters, scheduled_goals
 from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
@@ -195,7 +195,7 @@ def make_reference(parameters: ReferenceShipParameters, period: float) -> Refere
     reference = REFERENCES[parameters.mode](parameters, period)
     if fence := fence_of(parameters.fence, "reference_ship.fence"):
         check_within(fence, parameters, reference)
-    return _following(reference, parameters, period) if parameters.follow == "vessel" else reference
+    return FollowingReference(reference, _waiting(parameters), period) if parameters.follow == "vessel" else reference
 
 
 def check_within(fence: Fence, p: ReferenceShipParameters, reference: Any) -> None:
@@ -216,11 +216,22 @@ def check_within(fence: Fence, p: ReferenceShipParameters, reference: Any) -> No
         raise ParameterError(f"reference_ship.{p.mode} must stay within the fence (got one whose {problem})")
 
 
-def _following(reference: Reference, parameters: ReferenceShipParameters, period: float) -> Reference:
+def make_held_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
+    """As `make_reference`; its clock can be held, in modes of a track that is known ahead."""
+    reference = make_reference(parameters, period)
+    if parameters.mode not in (*PLANNED, *CURVES) or parameters.follow == "vessel":
+        return reference
+    return PacedReference(reference, _waiting(parameters), period)
+
+
+def half_length(parameters: ReferenceShipParameters) -> float:
+    """Half the length of most hulls of this inertia, two radii of gyration, m."""
     hull = parameters.vessel.coefficients()
-    length = HULL_LENGTH * math.sqrt(hull.m33 / hull.m22)
-    waiting = waiting_of(parameters.follow_lag, length, _largest_speed(parameters), parameters.motion)
-    return FollowingReference(reference, waiting, period)
+    return 0.5 * HULL_LENGTH * math.sqrt(hull.m33 / hull.m22)
+
+
+def _waiting(parameters: ReferenceShipParameters) -> Waiting:
+    return waiting_of(parameters.follow_lag, 2.0 * half_length(parameters), _largest_speed(parameters), parameters.motion)
 
 
 def _largest_speed(p: ReferenceShipParameters) -> float:

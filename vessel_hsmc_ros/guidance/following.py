@@ -1,4 +1,4 @@
-"""A reference that waits for its vessel: the clock of its timetable slows and stops while the vessel is behind.
+"""References whose clock slows and stands: while the vessel is behind, or while they are held.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -133,12 +133,20 @@ class Trail:
         return lag
 
 
-class FollowingReference:
-    """A reference that waits for its vessel; it stands until the first position of the vessel is known.
+AT_PACE = PaceMemory(1.0, 1.0)
+
+
+class PacedReference:
+    """A reference whose clock slows, stands while it is held, and goes on after that.
 
     What the reference that it paces has besides the motion, such as paths to set, is also had of this one. `reference`: a
     reference that is a function of the number of its steps. `period`: length of a step, s.
+
+    Attributes:
+        held: Whether it comes to a stand, and stays.
     """
+
+    FIRST = AT_PACE  # the pace at the start
 
     def __init__(self, reference: Any, waiting: Waiting, period: float) -> None:
         self._reference, self._waiting, self._period = reference, waiting, period
@@ -148,13 +156,7 @@ class FollowingReference:
         return getattr(self._reference, name)
 
     def _start(self) -> None:
-        self._pace, self._trail = PaceMemory(), Trail(self._waiting.stands)
-        self._vessel: complex | None = None
-        self._note()
-
-    def _note(self) -> None:
-        x, y, psi = self._reference.state[:3]
-        self._trail.lead(complex(x, y), float(psi))
+        self._pace, self.held = self.FIRST, False
 
     @property
     def pace(self) -> float:
@@ -169,6 +171,8 @@ class FollowingReference:
 
     def acceleration(self) -> Array:
         """Derivatives du, dv, dr of the body velocities at the present step, shape (3,): m/s², m/s², rad/s²."""
+        if self._pace == AT_PACE:  # the sum below would change the sign of a zero
+            return self._reference.acceleration()  # type: ignore[no-any-return]
         s, rate = self._pace.s, rate_of(self._pace, self._waiting.time_constant)
         scaled: Array = s * s * self._reference.acceleration() + rate * self._reference.state[3:]
         return scaled
@@ -178,14 +182,40 @@ class FollowingReference:
         self._reference.reset()
         self._start()
 
+    def advance(self) -> None:
+        """Advance by one period of time, and by the pace's share of it on the timetable."""
+        demand = 0.0 if self.held else self._demand()
+        self._pace, advanced = next_pace(self._pace, demand, self._waiting.time_constant, self._period)
+        memory = self._reference.memory
+        self._reference.memory = memory._replace(steps=memory.steps + advanced / self._period)
+
+    def _demand(self) -> float:
+        return 1.0
+
+
+class FollowingReference(PacedReference):
+    """A reference that waits for its vessel; it stands until the first position of the vessel is known."""
+
+    FIRST = PaceMemory()
+
+    def _start(self) -> None:
+        super()._start()
+        self._trail = Trail(self._waiting.stands)
+        self._vessel: complex | None = None
+        self._note()
+
+    def _note(self) -> None:
+        x, y, psi = self._reference.state[:3]
+        self._trail.lead(complex(x, y), float(psi))
+
     def observe(self, vessel: tuple[float, float] | None) -> None:
         """Take the position x, y of the vessel, m; with None, where it is not known, the reference comes to a stand."""
         self._vessel = None if vessel is None or not all(map(math.isfinite, vessel)) else complex(*vessel)
 
+    def _demand(self) -> float:
+        return 0.0 if self._vessel is None else demanded_pace(self._trail.lag(self._vessel), self._waiting)
+
     def advance(self) -> None:
         """Advance by one period of time, and by the pace's share of it on the timetable."""
-        demand = 0.0 if self._vessel is None else demanded_pace(self._trail.lag(self._vessel), self._waiting)
-        self._pace, advanced = next_pace(self._pace, demand, self._waiting.time_constant, self._period)
-        memory = self._reference.memory
-        self._reference.memory = memory._replace(steps=memory.steps + advanced / self._period)
+        super().advance()
         self._note()

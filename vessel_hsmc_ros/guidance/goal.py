@@ -332,3 +332,31 @@ class GoalReference(KernelReference):
         """The present goal: extrapolated while a stream continues, stationary after its end."""
         target, self.memory = present_target(self.memory, self.constants)
         return target
+
+    def go_to(self, x: float, y: float, psi: float) -> None:
+        """Set a goal that is part of no stream, whatever was set before it; m, m, rad."""
+        goal = stationary(x, y, psi, self.memory.steps * self.constants.filter.period, math.nan)
+        self.memory = begin_stage(self.memory, goal, goal, self.constants)
+
+    def halt(self) -> None:
+        """Go where the reference can stop: ahead, or astern where it goes astern."""
+        m, c = self.memory.motion, self.constants.filter
+        braking = 0.5 * c.acceleration  # as in `surge_setpoint`
+        way = math.copysign(0.5 * m.u * m.u / braking + abs(m.u) / c.gain, m.u) if m.u else 0.0
+        self.go_to(m.x + way * math.cos(m.psi), m.y + way * math.sin(m.psi), m.psi)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether the reference is at rest at its goal."""
+        m, c = self.memory, self.constants.filter
+        still = abs(m.motion.u) < STOPPED_SPEED * c.speed and abs(m.motion.r) < STOPPED_SPEED * c.yaw_rate
+        return m.arrived and still and abs(wrap(m.target.psi - m.motion.psi)) < STOPPED_ANGLE
+
+    @property
+    def time_left(self) -> float:
+        """About the time until the reference is at rest at its goal, s: that of the way, and of the turn at its end."""
+        m, c = self.memory, self.constants.filter
+        course = m.motion.psi if m.arrived else m.direction
+        turn = abs(wrap(m.target.psi - course)) + (0.0 if m.arrived else abs(wrap(course - m.motion.psi)))
+        distance = magnitude(m.target.x - m.motion.x, m.target.y - m.motion.y)
+        return float(distance / c.speed + turn / c.yaw_rate)

@@ -51,10 +51,10 @@ class PathReference(TimetableReference):
         self.slow = self._planned.slow
         super().reset()
 
-    def set_path(self, points: Sequence[Point]) -> None:
+    def set_path(self, points: Sequence[Point | Waypoint]) -> None:
         """Set a new path; its first leg begins with the present motion of the reference.
 
-        `points`: waypoints x, y, m. Raises GoalError if there are no waypoints, or the ship cannot sail along them.
+        `points`: waypoints, or their x, y, m. Raises GoalError if there are no waypoints, or the ship cannot sail along them.
         """
         self.take(self.planner(points, self.steps)())
 
@@ -63,15 +63,15 @@ class PathReference(TimetableReference):
         """Number of the present step; the last whole one, where the clock waits for the vessel."""
         return int(self.memory.steps)
 
-    def planner(self, points: Sequence[Point], steps: int) -> Callable[[], Plan]:
+    def planner(self, points: Sequence[Point | Waypoint], steps: int) -> Callable[[], Plan]:
         """What plans a path that begins at a present or coming step, with the motion then; it may run in another thread.
 
-        `points`: waypoints x, y, m. `steps`: number of the step. Raises GoalError if there are no waypoints; also by what it
-        returns, if the ship cannot sail along them.
+        `points`: waypoints, or their x, y, m. `steps`: number of the step. Raises GoalError if there are no waypoints; also by
+        what it returns, if the ship cannot sail along them.
         """
         if not points:
             raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
-        waypoints = [Waypoint(complex(x, y), THROUGH, self._speed) for x, y in points]
+        waypoints = [p if isinstance(p, Waypoint) else Waypoint(complex(*p), THROUGH, self._speed) for p in points]
         table, begin = self.constants.table, steps * self.constants.period
 
         def plan() -> Plan:

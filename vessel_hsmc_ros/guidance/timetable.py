@@ -148,3 +148,8 @@ class TimetableReference(KernelReference):
     def reset(self) -> None:
         """Return to the start."""
         self.memory = TimetableMemory(0)
+
+    @property
+    def time_left(self) -> float:
+        """Time until the end of the table, s."""
+        return max(0.0, float(self.constants.table.times[-1] - self.memory.steps * self.constants.period))

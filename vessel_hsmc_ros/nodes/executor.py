@@ -110,6 +110,7 @@ class DirectExecutor(SingleThreadedExecutor):
 LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
 BOUND = 0.002  # time after which timers and messages are served again while there are requests, s
 EVENT_PERIOD = 0.5  # longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s
+ACTION_PERIOD = 0.05  # longest delay of actions, s
 
 
 class PromptExecutor(DirectExecutor):
@@ -154,6 +155,9 @@ class PromptExecutor(DirectExecutor):
         for handle in (*messages, *guards, *(each for kind in handles for each in kind)):
             held.enter_context(handle)
         wait_set = rclpy_implementation.WaitSet(len(messages), len(guards), *map(len, handles), 0, self._context.handle)
+        # Not in this wait set: an action notes its places in the wait set that it was added to last, which has to be rclpy's own.
+        waitables = [each.get_num_entities() for node in self.get_nodes() for each in node.waitables]
+        period = ACTION_PERIOD if any(count.num_services or count.num_clients for count in waitables) else EVENT_PERIOD
         while not self._changed and running() and self._context.ok():
             _fill(wait_set, messages, guards, *handles)
             wait_set.wait(longest_wait)
@@ -163,7 +167,7 @@ class PromptExecutor(DirectExecutor):
                 self.take_direct()
             if rest or time.monotonic() >= self._next_service:
                 self._serve_rest()
-                self._next_service = time.monotonic() + EVENT_PERIOD
+                self._next_service = time.monotonic() + period
 
     def _call(self, timers: list[Timer]) -> None:
         """Call the timers that are due; the others of them later, if one has created or destroyed something."""

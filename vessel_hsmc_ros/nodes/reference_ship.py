@@ -4,97 +4,30 @@ Paths are planned in a thread of its own, while the reference goes on.
 """
 
 import sys
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
-from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
-from vessel_hsmc_ros.guidance.factory import make_reference
-from vessel_hsmc_ros.guidance.fence_check import leaving
+from vessel_hsmc_ros.guidance.factory import make_held_reference
 from vessel_hsmc_ros.guidance.path_parameters import Point
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.helm import Helm
 from vessel_hsmc_ros.nodes.observed_vessel import ObservedVessel
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
-
-FIRST_LEAD, LONGER = 0.5, 2.0
-"""Time from the beginning of the planning to that of the path, s, and its factor after each plan that came too late."""
-
-
-class PathPlanning:
-    """Plans a path that begins at a coming step of the reference, at a later one if the plan comes too late.
-
-    `reference`: a `PathReference`; one of another mode takes no path. `period`: of the reference, s.
-    """
-
-    def __init__(self, reference: Any, period: float) -> None:
-        self._reference, self._lead = reference, FIRST_LEAD / period
-        self._plan: Future[Any] | None = None
-        self._points: Sequence[Point] = ()
-        self._begin = 0
-
-    @property
-    def busy(self) -> bool:
-        """Whether a path is planned or waits for its beginning."""
-        return self._plan is not None
-
-    @property
-    def due(self) -> bool:
-        """Whether a plan, or the reason why there is none, is to be taken now."""
-        plan = self._plan
-        return plan is not None and plan.done() and (self._begin <= self._reference.steps or plan.exception() is not None)
-
-    def start(self, points: Sequence[Point]) -> None:
-        """Plan a path along waypoints, in place of the one that is planned."""
-        self._points, self._begin = points, self._reference.steps + max(1, round(self._lead))
-        plan: Future[Any] = Future()
-        self._plan = plan
-        work = self._reference.planner(points, self._begin)
-        # A daemon: the node does not wait for a plan when it ends.
-        threading.Thread(target=_fulfil, args=(plan, work), name="path planning", daemon=True).start()
-
-    def cancel(self) -> None:
-        """Discard the path that is planned."""
-        self._plan = None
-
-    def take(self) -> Sequence[Point]:
-        """Let the reference follow the plan that is due.
-
-        Returns the waypoints; none where the plan came too late and is made again. Raises GoalError if the path cannot be
-        sailed.
-        """
-        plan, self._plan = self._plan, None
-        assert plan is not None  # noqa: S101 - due
-        found = plan.result()
-        if self._begin < self._reference.steps:
-            self._lead *= LONGER
-            self.start(self._points)
-            return ()
-        self._reference.take(found)
-        return self._points
-
-
-def _fulfil(plan: Future[Any], work: Callable[[], Any]) -> None:
-    try:
-        plan.set_result(work())
-    except BaseException as error:
-        plan.set_exception(error)
-
 
 UNUSED_INPUT_SEARCH = 0.5  # time between two searches for publishers of goals and paths that the mode does not use, s
 REORDERED = 5.0  # goals stamped up to so long before the last one, s, are out of order; earlier ones are by another clock
@@ -111,7 +44,8 @@ class ReferenceShipNode(VesselNode):
     INTERFACE = """
         subscribes to  goal_pose or path, in these modes; /clock in lockstep
         publishes      reference, reference/pose, events
-        services       ~/pause, ~/reset
+        services       ~/pause, ~/hold, ~/reset
+        actions        navigate_to_pose; and in mode path follow_path, follow_waypoints, follow_gps_waypoints
     """
     PARAMETERS = ReferenceParameters
 
@@ -119,8 +53,7 @@ class ReferenceShipNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._grid = RateGrid(p.rate_hz)
-        self._ship: Any = make_reference(p, self._grid.period)
-        self._fence = fence_of(p.fence, "reference_ship.fence")
+        self._ship: Any = make_held_reference(p, self._grid.period)
         self._refused = self._goal = ""
         self._goal_stamp: float | None = None
         self._index = 0
@@ -128,9 +61,9 @@ class ReferenceShipNode(VesselNode):
         profile, offered = qos.data(p.lockstep), qos.offered(p.lockstep, p.rate_hz)
         self._reference_out = self.advertise(ReferenceState, "reference", offered, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
-        self._frames = tuple(p.frame_prefix + frame for frame in p.frames)
+        self.frames = tuple(p.frame_prefix + frame for frame in p.frames)
         self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
-        self._name_frame(self._frames[0] if self._frames else "")
+        self.name_frame(self.frames[0] if self.frames else "")
         self._vessel = ObservedVessel(self, self._ship) if p.follow == "vessel" else None
         if p.lockstep:
             self.connections.allow_one_publisher("reference")
@@ -140,10 +73,11 @@ class ReferenceShipNode(VesselNode):
         elif p.mode == "path":
             self.create_subscription(Path, "path", self._on_path, qos.STREAM)
         self._path: Path | None = None
-        self._planned: Path | None = None
-        self._planning = PathPlanning(self._ship, self._grid.period)
         self._paused = False
+        self.helm = Helm(self, self._ship, self._grid.period)
+        self.actions = Actions(self)
         self.reporter.offer("reset", self._reset)
+        self.reporter.offer_switch("hold", "release", self.helm.hold_or_go_on)
         self.reporter.offer_switch("pause", "resume", self._pause)
 
     def describe(self) -> str:
@@ -175,7 +109,7 @@ class ReferenceShipNode(VesselNode):
             self._advance_to(self._grid.index(self._vessel.take()) + 1)
 
     def _on_timer(self) -> None:
-        if self._path is not None and not self._planning.busy:
+        if self._path is not None and not self.helm.planning.busy:
             self._plan_path()
         if self._paused:  # a pause shifts the start, so that no periods are overdue after it
             self._pace.hold(self._index)
@@ -192,8 +126,7 @@ class ReferenceShipNode(VesselNode):
             self._ship.advance()
             self._index += 1
             self._publish()
-            if self._planning.due:
-                self._take(self._take_plan)
+            self.helm.advance()
 
     def _publish(self) -> None:
         self.stamp = self._pace.stamp(self._index)
@@ -205,33 +138,29 @@ class ReferenceShipNode(VesselNode):
 
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
-            x, y, psi, stamp = read_goal(message, self._frames, self._here)
+            x, y, psi, stamp = read_goal(message, self.frames, self.here)
+            self.helm.require_free([(x, y)])
             self._check_order(stamp)
-            self._require_within([(x, y)])
             self._ship.set_goal(x, y, psi, stamp)
-            self._name_frame(message.header.frame_id)
+            self.actions.apply(self.actions.tasks.displaced("a goal on goal_pose"))
+            self.name_frame(message.header.frame_id)
             # A stream of poses is one event, its first goal, and so is a goal that is published repeatedly.
             goal = f"x = {x:g}, y = {y:g}, heading = {psi:g}"
             if goal != self._goal and self._ship.target().speed == 0.0:
                 self.reporter.event("goal", goal)
             self._goal = goal
 
-        self._take(work)
+        self.take(work)
 
     @property
-    def _here(self) -> Point:
+    def here(self) -> Point:
+        """Where the reference is, m."""
         x, y = self._ship.state[:2]
         return float(x), float(y)
 
-    def _name_frame(self, frame: str) -> None:
+    def name_frame(self, frame: str) -> None:
         """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
         self._reference.header.frame_id = self._pose.header.frame_id = frame
-
-    def _require_within(self, points: Sequence[Point]) -> None:
-        """Refuse a goal or a path that leaves the fence. Raises GoalError with the leg and the distance."""
-        way = np.array([complex(*p) for p in (self._here, *points)])
-        if self._fence and (problem := leaving(self._fence, way, range(1, len(way)))):
-            raise GoalError(f"{self.parameters.mode} must stay within reference_ship.fence (got one whose {problem})")
 
     def _check_order(self, stamp: float | None) -> None:
         """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps.
@@ -250,32 +179,27 @@ class ReferenceShipNode(VesselNode):
             return
 
         def work() -> None:
-            points = read_path(message, self._frames, self._here)
-            self._require_within(points)
-            self._ship.set_path(points)
+            points = read_path(message, self.frames, self.here)
+            self.helm.require_free(points)
+            self.helm.set_path(points)
             self._follow(message, points)
 
-        self._take(work)
+        self.take(work)
 
     def _plan_path(self) -> None:
         message, self._path = self._path, None
 
         def work() -> None:
-            points = read_path(message, self._frames, self._here)
-            self._require_within(points)
-            self._planning.start(points)
-            self._planned = message
+            points = read_path(message, self.frames, self.here)
+            self.helm.require_free(points)
+            self.helm.plan(points, partial(self._follow, message))
 
-        self._take(work)
-
-    def _take_plan(self) -> None:
-        points = self._planning.take()
-        if points:
-            self._follow(self._planned, points)
+        self.take(work)
 
     def _follow(self, message: Any, points: Sequence[Point]) -> None:
-        self._name_frame(message.header.frame_id)
+        self.name_frame(message.header.frame_id)
         self.reporter.event("path", path_event(points))
+        self.actions.apply(self.actions.tasks.displaced("a path on the topic path"))
         self._warn_of_slow()
 
     @property
@@ -287,13 +211,29 @@ class ReferenceShipNode(VesselNode):
         if self._slow:
             self.get_logger().warning(self._slow)
 
-    def _take(self, work: Callable[[], None]) -> None:
+    def begin_way(self, frame: str) -> None:
+        """Note that the reference sails a way in a frame, that of an action."""
+        self.name_frame(frame)
+        self._goal = ""
+        self._warn_of_slow()
+
+    def forget_path(self) -> None:
+        """Forget the path of a message that waits for its planning."""
+        self._path = None
+
+    @property
+    def reference_time(self) -> float:
+        """Time of the reference, which stands while it is paused, s."""
+        return self._index * self._grid.period
+
+    def take(self, work: Callable[[], None], refused: Callable[[str], None] = lambda _why: None) -> None:
         """Apply a goal or a path; one that cannot be followed is logged and ignored, and the present one is kept."""
         try:
             work()
         except (GoalError, InstallationError) as error:
             self._refused = f"{error}; ignored"
             self.get_logger().error(self._refused)
+            refused(str(error))
         else:
             self._refused = ""
 
@@ -320,11 +260,11 @@ class ReferenceShipNode(VesselNode):
         self._ship.retune(parameters)
 
     def _reset(self) -> str:
-        self._planning.cancel()
-        self._path = None
+        self.helm.reset()
         self._goal = ""
+        self.actions.reset()
         self._ship.reset()
-        self._name_frame(self._frames[0] if self._frames else "")
+        self.name_frame(self.frames[0] if self.frames else "")
         return "the virtual ship is back at its start; time goes on"
 
     def _pause(self, paused: bool) -> str:
@@ -333,10 +273,20 @@ class ReferenceShipNode(VesselNode):
             return "in lockstep the reference pauses with the plant"
         return "paused" if paused else "running"
 
+    def spin(self, running: Callable[[], bool]) -> None:
+        """As that of every node; at the end the clients of actions have their results."""
+        super().spin(lambda: running() or self.actions.ending())
+
+    def destroy_node(self) -> None:
+        """As that of rclpy, which leaves the action servers and with them the node in the graph."""
+        if actions := getattr(self, "actions", None):
+            actions.destroy()
+        super().destroy_node()
+
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of messages and time of the latest reference; warnings of ignored goals and paths, slow paths, lost odometry."""
         values: dict[str, Any] = {"messages": self._index + 1, "reference_time": seconds(self._grid.stamp(self._index))}
-        remark = self._refused or self._slow
+        remark = self.actions.remark or self._refused or self._slow
         if self._vessel:
             values["pace"] = self._ship.pace
             remark = remark or self._vessel.problem

@@ -308,8 +308,8 @@ def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
     `heading`: None for the bearing of the goal from where the reference is now. Raises RunError if there is no reference node,
     or it takes no goals, or refuses this one.
     """
-    frame = _frame(remote, "goal")
-    message = _pose((x, y, _bearing(remote, x, y) if heading is None else heading), frame)
+    frame = frame_of(remote, "goal")
+    message = pose_message((x, y, bearing(remote, x, y) if heading is None else heading), frame)
     return _confirmed("goal", remote.publish(message, "goal_pose", REFERENCE))
 
 
@@ -319,12 +319,12 @@ def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
     Raises RunError if there is no reference node, or it takes no paths, or refuses this one.
     """
     message = Path()
-    message.header.frame_id = _frame(remote, "path")
-    message.poses = [_pose(pose, message.header.frame_id) for pose in poses]
+    message.header.frame_id = frame_of(remote, "path")
+    message.poses = [pose_message(pose, message.header.frame_id) for pose in poses]
     return _confirmed("path", remote.publish(message, "path", REFERENCE, PLANNING_LIMIT))
 
 
-def _bearing(remote: Remote, x: float, y: float) -> float:
+def bearing(remote: Remote, x: float, y: float) -> float:
     """The direction from the reference to a point. Raises RunError if the position of the reference is not known."""
     if (message := remote.receive(ReferenceState, "reference")) is None:
         raise RunError(f"{remote.name('reference')} had no message within {DISCOVERY_LIMIT:g} s: give the heading")
@@ -332,18 +332,18 @@ def _bearing(remote: Remote, x: float, y: float) -> float:
     return math.atan2(y - present.y, x - present.x)
 
 
-def _frame(remote: Remote, mode: str) -> str:
-    """The frame in which the reference node takes goals or paths. Raises RunError if it is in another mode."""
+def frame_of(remote: Remote, *modes: str) -> str:
+    """The frame in which the reference node takes goals or paths. Raises RunError if it is in no mode that takes them."""
     values = get_parameters(remote, REFERENCE, ("mode", "frame_prefix", "frames"))
-    if values["mode"] != mode:
+    if values["mode"] not in modes:
         raise RunError(
-            f"{remote.name(REFERENCE)} takes no {mode}: its mode is {values['mode']};"
-            f" start the run with --set reference_ship.mode={mode}"
+            f"{remote.name(REFERENCE)} takes no {modes[0]}: its mode is {values['mode']};"
+            f" start the run with --set reference_ship.mode={modes[0]}"
         )
     return str(values["frame_prefix"]) + str([*values["frames"], conversions.WORLD][0])
 
 
-def _pose(pose: Pose, frame: str) -> PoseStamped:
+def pose_message(pose: Pose, frame: str) -> PoseStamped:
     """A pose without a stamp, so that its time is that of its receipt, in lockstep too."""
     message = conversions.new_pose()
     message.header.frame_id = frame

@@ -18,6 +18,7 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters
 from vessel_hsmc_ros.plant.simulator import PlantParameters
+from vessel_hsmc_ros.scenario.action_parameters import OWNER, ActionParameters
 from vessel_hsmc_ros.scenario.common_parameters import (
     BlackBoxParameters,
     ClockParameters,
@@ -61,6 +62,13 @@ class ReferenceParameters(ReferenceShipParameters, CommonParameters):
 
     rate_hz: float = rate("Rate of the reference messages.")
     frames: tuple[str, ...] = world_frames("goals and paths")
+    actions: ActionParameters = group(ActionParameters)
+
+    def __post_init__(self) -> None:
+        if self.actions.at_end == "return" and self.mode not in ("goal", "path"):
+            raise ParameterError(
+                f"{OWNER}.at_end must be hold or stop in mode {self.mode} (got return): only goal and path take a way back"
+            )
 
 
 def choice_of_law(names: tuple[str, ...]) -> str:

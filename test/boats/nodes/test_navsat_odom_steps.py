@@ -10,8 +10,8 @@ from sensor_msgs.msg import Imu, NavSatFix
 from std_msgs.msg import Float64
 from stepped_node import SteppedNode
 
-from vessel_hsmc_ros.boats.geodesy import Plane
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
+from vessel_hsmc_ros.core.geodesy import Plane
 from vessel_hsmc_ros.messages import conversions as conv
 
 DATUM, TIMEOUT = (-33.9, 18.4), 0.5

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from vessel_hsmc_ros.boats.geodesy import Plane, exchanged
 from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, Pair
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.geodesy import Plane, exchanged
 from vessel_hsmc_ros.messages.goals import FARTHEST
 
 NULL_ISLAND = 1e-6
