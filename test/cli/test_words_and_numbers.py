@@ -102,6 +102,8 @@ def test_every_action_has_its_own_nodes_and_flag() -> None:
     assert {
         "pause": (both, "pause", True),
         "resume": (both, "pause", False),
+        "hold": (("reference_ship",), "hold", True),
+        "release": (("reference_ship",), "hold", False),
         "enable": (controller, "enable", True),
         "disable": (controller, "enable", False),
     } == SWITCHES
