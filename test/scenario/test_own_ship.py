@@ -101,7 +101,7 @@ def test_what_is_given_is_taken_as_it_is_and_comments_are_in_one_column() -> Non
 
 TWIN = thruster_layout(("-1.5,0.5,100,60", "-1.5,-0.5,100,60"), 4.0)
 SPARSE = MainData(gps_noise=0.1)
-OTHER = MainData(5.0, 2.1, 600.0, 150.0, 70.0, 2.9, 3.0, 0.2, 0.4, 0.3, 2.0)
+OTHER = MainData(5.0, 2.1, 600.0, 150.0, 70.0, 2.9, 3.0, 0.2, 0.4, 0.3, 2.0, 900.0, 500.0)
 
 
 @pytest.mark.parametrize("layout", [None, TWIN], ids=["wrench", "thrusters"])

@@ -75,7 +75,7 @@ class Actions:
         self.tasks = Tasks(Limits(p.reach or self._room, p.patience, p.tolerance, p.at_end))
         self._accepted: dict[Any, Accepted] = {}
         self._planned: Any = None  # key of the goal whose way the node plans
-        self._unanswered, self._ends_at = 0, math.inf
+        self._unanswered, self._ends_at, self._due = 0, math.inf, 0.0
         self._stop = node.create_client(Trigger, "controller/stop") if p.at_end == "stop" else None
         self._stopping = False
         self._names = [name for name, action in ACTIONS.items() if node.parameters.mode in action.modes]
@@ -213,6 +213,12 @@ class Actions:
         accepted.handle.publish_feedback(filled(feedback, values))
 
     # -- time -----------------------------------------------------------------------------------------------------------
+
+    def advance(self) -> None:
+        """In lockstep, which may be many times faster than the clock: tick by the time of the reference too."""
+        if self._node.parameters.lockstep and self._node.reference_time >= self._due:
+            self._due = self._node.reference_time + TICK
+            self.tick()
 
     def tick(self) -> None:
         """Look at the vessel, judge the goals, report progress."""

@@ -127,6 +127,7 @@ class ReferenceShipNode(VesselNode):
             self._index += 1
             self._publish()
             self.helm.advance()
+            self.actions.advance()
 
     def _publish(self) -> None:
         self.stamp = self._pace.stamp(self._index)

@@ -77,14 +77,14 @@ def test_actuators_that_are_not_declared_are_found(lag: float, dead_time: float,
 
 def test_a_wide_turn_at_the_start_shows_instant_actuators_at_once() -> None:
     """What was commanded before the first turn was measured has no answer yet; it is no dead time."""
-    number = model_after(bank(UNDECLARED, PERIOD), 0.0, 0.0, 0.0, duration=1.0)
+    number = model_after(bank(UNDECLARED, PERIOD, soon=True), 0.0, 0.0, 0.0, duration=1.0)
     assert grid()[number - 1] == (0.0, 0.0, 0.0)
     assert number > 0
 
 
 def test_a_guess_that_is_right_gives_way_to_a_model_as_good() -> None:
     """The law is slower as long as its actuators are a guess."""
-    number = model_after(bank(UNDECLARED, PERIOD), ASSUMED_LAG, 0.0, 0.0)
+    number = model_after(bank(UNDECLARED, PERIOD, soon=True), ASSUMED_LAG, 0.0, 0.0)
     assert number > 0
     assert sum(grid()[number - 1][:2]) == pytest.approx(ASSUMED_LAG, abs=0.11)
 

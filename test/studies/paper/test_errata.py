@@ -95,6 +95,7 @@ class ExactlyKnown(Law[None]):
         network = {"network.layout": "listed", "network.width": self.WIDTH}
         frozen = {f"{name}_adaptation_gain": 0.0 for name in ("surge", "sway", "yaw")}
         self._law: Any = make_controller("hierarchical_printed", 0.01, **network, **frozen)
+        super().__init__(None, self._law.vessel, self._law.period)
 
     def retune(self, parameters: None) -> None:
         """There are no parameters."""

@@ -44,9 +44,9 @@ MEMORY, FIRST = 15.0, 7.0  # theta, and the time from which RIGHT holds in full,
 QUIET = 0.006  # root mean square of x_i in 1/T², the yaw acceleration by the full moment, below which nothing is decided
 BETTER, WRONG, RIGHT = 0.7, 0.02, 0.4
 """Another model is taken if its J is below BETTER of the present one's, the present one's is above WRONG of the mean square of y,
-and its own below RIGHT of that. Before FIRST its share has to be less by the square of the time: a wide turn at the start shows a
-quick actuator within a few T, and what noise explains by chance takes longer. Where not all is declared, a model that leaves less
-than WRONG is taken too: however good the guess is, the law is slower as long as it is one."""
+and its own below RIGHT of that. Before FIRST nothing is taken, or `soon` with a share that is less by the square of the time: a
+wide turn at the start shows a quick actuator at once, and what noise explains by chance takes longer. Where not all is declared,
+`soon` also takes a model that leaves less than WRONG: however good the guess is, the law is slower as long as it is one."""
 
 TRUSTED = 0.5, 0.03, 0.2  # the same where lag, rate and dead time of both inputs are declared
 INERTIA, DAMPING = (0.6, 1.6), 3.0  # range of b, and largest d in 1/T
@@ -72,6 +72,7 @@ class Bank(NamedTuple):
     wrong: float
     right: float
     guessed: bool  # whether model 0 is not all declared
+    soon: bool  # whether a model may be taken before FIRST, and instead of a guess that explains as much
     used: int  # the model that the gains of the law are for; 0 is what is declared
 
 
@@ -112,8 +113,12 @@ def described(vessel: KnownVessel) -> str:
     return f"a lag of {vessel.yaw_lag:.2g} s, a dead time of {vessel.yaw_dead_time:.2g} s and {full:.2g} s from zero to the limit"
 
 
-def bank(vessel: KnownVessel, period: float) -> Bank:
-    """The bank of a vessel, of which the declared model is used."""
+def bank(vessel: KnownVessel, period: float, soon: bool = False) -> Bank:
+    """The bank of a vessel, of which the declared model is used.
+
+    `soon`: whether the law takes quicker actuators at once. One that learns wind and current first, as `guided` does, keeps its
+    slow gains until then.
+    """
     T = unit_time(vessel)
     every = max(1, round(INTERVAL * T / period))
     inputs = dynamics(vessel)
@@ -138,6 +143,7 @@ def bank(vessel: KnownVessel, period: float) -> Bank:
         wrong=wrong,
         right=right,
         guessed=not inputs.declared,
+        soon=soon,
         used=0,
     )
 
@@ -250,16 +256,15 @@ def _decide(m: BankState, c: Bank) -> None:
     n, yy = m.numbers, m.measured[2, 0]
     present = m.models[c.used]
     excitation = present[5] * c.unit * c.unit * c.unit * c.unit
-    if excitation < QUIET * QUIET:
+    early = min(n[INTERVALS] * c.h / (FIRST * c.unit), 1.0)
+    if excitation < QUIET * QUIET or (early < 1.0 and not c.soon):
         return
-    residual = unexplained(present, m.measured[2], c.unit)
-    guess = c.guessed and c.used == 0
+    residual, guess = unexplained(present, m.measured[2], c.unit), c.soon and c.guessed and c.used == 0
     if residual < c.wrong * yy and not guess:
         return
-    early = min(n[INTERVALS] * c.h / (FIRST * c.unit), 1.0)
     fraction = max(c.better * residual, c.wrong * yy) if guess else c.better * residual
     least, best = min(fraction, early * early * c.right * yy), c.used
-    for i in range(int(c.guessed), len(m.models)):
+    for i in range(int(c.soon and c.guessed), len(m.models)):
         J = unexplained(m.models[i], m.measured[2], c.unit)
         if least > J:
             least, best = J, i

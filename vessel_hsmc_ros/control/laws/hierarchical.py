@@ -287,7 +287,7 @@ class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     memory: Memory
 
     def __init__(self, parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> None:
-        self._models = bank(vessel, period)  # before super().__init__, which takes the gains for a model
+        self._models = bank(vessel, period, soon=True)  # before super().__init__, which takes the gains for a model
         super().__init__(parameters, vessel, period)
 
     def retune(self, parameters: HierarchicalParameters) -> None:
