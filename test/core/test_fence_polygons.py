@@ -53,6 +53,22 @@ def test_a_way_has_the_room_that_a_drawing_shows(way: list[complex], room: float
     assert clearance(fence(HARBOUR), np.array([way[0], way[-1]])) == pytest.approx(room)
 
 
+@given(
+    st.integers(-9, 9),
+    st.lists(st.sampled_from([1.0, 2.0, 3.7, 10.0]), min_size=3, max_size=8),
+    st.integers(0, 7),
+    st.floats(1.0, 9.0),
+    st.floats(0.0, 9.0),
+)
+def test_a_way_through_a_corner_of_an_area_to_stay_out_of_crosses_it(
+    x: int, radii: list[float], corner: int, before: float, after: float
+) -> None:
+    ring = star(complex(x), radii)
+    out = ring[corner % len(ring)] - x
+    way = np.array([x + before * out, x - after * out])
+    assert clearance(fence(FenceParameters(outside=numbers(ring))), way) <= 0.0
+
+
 def test_the_vessel_may_be_inside_of_all_areas_and_outside_of_the_others() -> None:
     assert [allowed(fence(HARBOUR), p) for p in (1 + 1j, 5 + 5j, -1 + 5j, 11 + 5j)] == [True, False, False, False]
     both = fence(FenceParameters(inside=SQUARE + ISLAND))

@@ -139,8 +139,10 @@ def distances(a: Places, b: Places, c: Places, d: Places) -> NDArray[np.float64]
     found = np.minimum(
         np.minimum(_from_line(c, a, way), _from_line(d, a, way)), np.minimum(_from_line(a, c, side), _from_line(b, c, side))
     )
-    apart = _side(way, c - a) * _side(way, d - a), _side(side, a - c) * _side(side, b - c)
-    return np.where((apart[0] < 0.0) & (apart[1] < 0.0), 0.0, found)
+    of_side, of_way = (_side(way, c - a), _side(way, d - a)), (_side(side, a - c), _side(side, b - c))
+    # A way through a corner crosses it; lines that coincide may still be apart.
+    crossed = (of_side[0] * of_side[1] <= 0.0) & (of_way[0] * of_way[1] <= 0.0)
+    return np.where(crossed & ((of_side[0] != of_side[1]) | (of_way[0] != of_way[1])), 0.0, found)
 
 
 def _side(way: Places, point: Places) -> NDArray[np.float64]:

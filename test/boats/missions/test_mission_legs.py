@@ -147,9 +147,9 @@ CONCAVE = ((0.0, 0.0), (30.0, 0.0), (30.0, 30.0), (20.0, 30.0), (20.0, 10.0), (1
     [
         ((5.0, 25.0), (25.0, 25.0), False),  # across the bay
         ((5.0, 5.0), (25.0, 5.0), True),
-        ((0.0, 0.0), (30.0, 0.0), True),  # along a side
+        ((0.0, 0.0), (30.0, 0.0), False),  # along a side, which the controller's guard would not let it sail
         ((0.0, 30.0), (30.0, 30.0), False),  # along two sides, with the bay between them
-        ((10.0, 10.0), (20.0, 10.0), True),
+        ((10.0, 10.0), (20.0, 10.0), False),
         ((5.0, 5.0), (5.0, 31.0), False),
     ],
 )

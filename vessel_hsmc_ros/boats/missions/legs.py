@@ -1,7 +1,7 @@
 """The legs of a mission in metres: a part of them, how far a vessel has come on them, and the parameters that sail them.
 
-Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies. Whether the legs stay within the mission's
-own fence shows by crossings of a ray, for polygons, and by crossings of their sides.
+Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies. The mission's own fence is that of
+`core.fence`, so that what is accepted here is accepted by the reference ship.
 """
 
 import cmath
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Refused
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.core.fence import CIRCLE_CORNERS, FenceParameters, fence_of
+from vessel_hsmc_ros.core.fence import CIRCLE_CORNERS, FenceParameters, clearance, fence_of
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, outline
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 
 ROOM = 0.5  # share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut
 OUTLINE_POINTS = 2000  # points of a planned way that are compared with a fence
-MARGIN = 1e-6  # distance from a side, m, within which a leg along it is inside
 
 
 def positions(points: Sequence[MissionPoint]) -> list[complex]:
@@ -143,17 +142,11 @@ def parameters_of(mission: Mission) -> dict[str, object]:
 def fence_of_mission(mission: Mission) -> dict[str, dict[str, object]]:
     """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one.
 
-    A circle becomes a polygon within it, or around one to stay out of. `mission`: the mission, in metres. Raises ParameterError
-    if a polygon is none.
+    `mission`: the mission, in metres. Raises ParameterError if a polygon is none.
     """
     rings: dict[str, list[float]] = {"inside": [], "outside": []}
     for fence in mission.fences:
-        corners = fence.corners
-        if fence.radius:
-            r = fence.radius if fence.inside else fence.radius / math.cos(math.pi / CIRCLE_CORNERS)
-            steps = [TURN * k / CIRCLE_CORNERS for k in range(CIRCLE_CORNERS)]
-            corners = tuple((corners[0][0] + r * math.cos(step), corners[0][1] + r * math.sin(step)) for step in steps)
-        rings["inside" if fence.inside else "outside"] += [value for corner in (*corners, corners[0]) for value in corner]
+        rings["inside" if fence.inside else "outside"] += _ring(fence)
     given = {name: values for name, values in rings.items() if values}
     fence_of(build(FenceParameters, given, "fence"), "the mission's fence")
     if not given:
@@ -198,69 +191,28 @@ def table_of(mission: Mission, first: int) -> list[list[str]]:
 
 
 def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
-    """The legs that leave an area to stay in, or enter one to stay out of.
+    """The legs that touch or leave an area to stay in, or touch or enter one to stay out of.
 
-    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m.
+    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m. Raises ParameterError if a polygon
+    is none.
     """
+    legs = [*pairwise(points)] or [(points[0], points[0])]
     found = []
     for fence in fences:
-        legs = zip(items[1:], pairwise(points), strict=True)
-        wrong = [item for item, (a, b) in legs if not _keeps(a, b, fence)]
-        if len(points) == 1 and _inside(points[0], fence) != fence.inside:
-            wrong = [items[0]]
-        if wrong:
+        area = fence_of(build(FenceParameters, {"inside" if fence.inside else "outside": _ring(fence)}, "fence"), fence.item)
+        named = zip(items[-len(legs) :], legs, strict=True)
+        if area and (wrong := [item for item, leg in named if clearance(area, np.array(leg)) <= 0.0]):
             what = "leaves the area to stay in" if fence.inside else "enters the area to stay out of"
             more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
             found.append(Refused(wrong[0], f"its leg{more}", f"it {what}, {fence.item}"))
     return found
 
 
-def _keeps(a: complex, b: complex, fence: Fence) -> bool:
-    """Whether a leg stays inside, or outside."""
+def _ring(fence: Fence) -> list[float]:
+    """The x, y of its corners, closed, as parameters have them; a circle is a polygon within it, or around one to stay out of."""
+    corners = fence.corners
     if fence.radius:
-        (center,) = (complex(*corner) for corner in fence.corners)
-        if fence.inside:  # the end that is farther away
-            return max(abs(a - center), abs(b - center)) <= fence.radius
-        return _distance(center, a, b) >= fence.radius
-    # Between two crossings of sides a leg is inside or outside as a whole.
-    cuts = sorted({0.0, 1.0, *(t for c, d in _sides(fence) if (t := _crossing(a, b, c, d)) is not None)})
-    parts = [0.0, 1.0, *(0.5 * (first + last) for first, last in pairwise(cuts))]
-    return all(_inside(a + t * (b - a), fence) == fence.inside for t in parts)
-
-
-def _sides(fence: Fence) -> list[tuple[complex, complex]]:
-    corners = [complex(*corner) for corner in fence.corners]
-    return [*zip(corners, [*corners[1:], corners[0]], strict=True)]
-
-
-def _inside(p: complex, fence: Fence) -> bool:
-    """Whether a point is inside; one on the side of an area is as it has to be."""
-    if fence.radius:
-        return abs(p - complex(*fence.corners[0])) <= fence.radius
-    sides = _sides(fence)
-    if min(_distance(p, c, d) for c, d in sides) <= MARGIN:
-        return fence.inside
-    crossed = [
-        (c.imag > p.imag) != (d.imag > p.imag) and p.real < (d.real - c.real) * (p.imag - c.imag) / (d.imag - c.imag) + c.real
-        for c, d in sides
-    ]
-    return sum(crossed) % 2 == 1
-
-
-def _distance(p: complex, a: complex, b: complex) -> float:
-    """The distance of a point from a line between two others, m."""
-    way = b - a
-    if not way:
-        return abs(p - a)
-    along = ((p - a) * way.conjugate()).real / abs(way) ** 2
-    return abs(p - a - min(max(along, 0.0), 1.0) * way)
-
-
-def _crossing(a: complex, b: complex, c: complex, d: complex) -> float | None:
-    """Where a side crosses a leg, as a share of the leg; None where it does not, or is parallel to it."""
-    leg, side = b - a, d - c
-    area = (leg.conjugate() * side).imag
-    if not area:
-        return None
-    t, s = ((c - a).conjugate() * side).imag / area, ((c - a).conjugate() * leg).imag / area
-    return t if 0.0 <= t <= 1.0 and 0.0 <= s <= 1.0 else None
+        r = fence.radius if fence.inside else fence.radius / math.cos(math.pi / CIRCLE_CORNERS)
+        steps = [TURN * k / CIRCLE_CORNERS for k in range(CIRCLE_CORNERS)]
+        corners = tuple((corners[0][0] + r * math.cos(step), corners[0][1] + r * math.sin(step)) for step in steps)
+    return [value for corner in (*corners, corners[0]) for value in corner]
