@@ -4,8 +4,9 @@ import re
 from pathlib import Path
 
 import pytest
-from guarantees import GUARANTEES, REMEDIES
+from guarantees import GUARANTEES
 from pages import held_by, safety_page, with_defaults
+from remedies import REMEDIES
 
 from vessel_hsmc_ros.control.safety.reasons import Reason
 

@@ -8,7 +8,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from guarantees import GUARANTEES, REMEDIES
+from guarantees import GUARANTEES
+from remedies import REMEDIES
 
 from vessel_hsmc_ros.boats.interfaces import Interface, commands, interfaces
 from vessel_hsmc_ros.control.safety.reasons import Reason

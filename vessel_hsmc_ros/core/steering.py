@@ -19,8 +19,31 @@ from typing import NamedTuple
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.limits import between, clip
+from vessel_hsmc_ros.core.schema import parameter
 
 LARGEST_BOOST = 0.3  # share of X_max up to which a law gives thrust for the sake of steering
+
+
+def steering_loss() -> float:
+    """Declare s; 0 by default."""
+    return parameter(
+        0.0,
+        "Share of yaw_moment_limit that is lost without thrust and way: 1 for an outboard, less with a rudder behind a propeller"
+        " that idles; 0: none, as with two propellers side by side.",
+        low=0.0,
+        high=1.0,
+    )
+
+
+def steering_speed() -> float:
+    """Declare u_0; infinite by default."""
+    return parameter(
+        math.inf,
+        "With steering_loss, the surge speed at which a rudder gives the full yaw moment without thrust; inf: no rudder.",
+        unit="m/s",
+        low=1e-3,
+        high=math.inf,
+    )
 
 
 class Steering(NamedTuple):

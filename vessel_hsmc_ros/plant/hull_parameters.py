@@ -13,6 +13,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.core.hull import Hull, NamedVessel, inherited
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.core.steering import steering_loss, steering_speed
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.plant.power import PowerParameters
 
@@ -134,16 +135,8 @@ class VesselParameters(NamedVessel):
     yaw_damping_from_sway_at_surge: float = coupling("Yaw moment lost to sway by the surge speed, on |u|v.", "kg", "d_n_uv")
     surge_force_limit: float = propulsion_limit("surge force", "N")
     yaw_moment_limit: float = propulsion_limit("yaw moment", "N·m")
-    steering_loss: float = parameter(
-        0.0, "Share of the yaw moment limit that is lost without thrust and way: 1 for an outboard.", low=0.0, high=1.0
-    )
-    steering_speed: float = parameter(
-        math.inf,
-        "With steering_loss, the speed through the water at which a rudder gives the full yaw moment without thrust; inf: none.",
-        unit="m/s",
-        low=1e-3,
-        high=math.inf,
-    )
+    steering_loss: float = steering_loss()
+    steering_speed: float = steering_speed()
     as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as printed in (6), instead of by m33.")
 
     def coefficients(self) -> Vessel:

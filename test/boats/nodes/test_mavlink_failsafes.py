@@ -1,12 +1,12 @@
 """The failsafes of an autopilot as `vessel-hsmc check` shows them: read by the MAVLink node from a simulated one."""
 
 import random
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from typing import Any
 
 import pytest
+from serving import served
 from sockets import free_port
 
 pytest.importorskip("pymavlink", exc_type=ImportError)
@@ -31,30 +31,15 @@ DEFAULTS = {
 OFF = {"FS_ACTION": 0, "FS_THR_ENABLE": 0, "FS_EKF_ACTION": 0, "RC_OVERRIDE_TIME": -1, "RC_OPTIONS": 1, "SYSID_MYGCS": 1}
 
 
-@contextmanager
-def served(bench: Any, autopilot: Autopilot) -> Iterator[None]:
-    """Serve the node and the autopilot in a thread, while the check observes them from this one."""
-    ended = threading.Event()
-
-    def serve() -> None:
-        while not ended.is_set():
-            autopilot.receive()
-            autopilot.report(STATE)
-            bench.serve(wait=0.02)
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join(10.0)
-        autopilot.close()
-
-
 def shown(bench: Any, autopilot: Autopilot, complete: Callable[[dict[str, Finding]], bool]) -> dict[str, Finding]:
     """The lines of the check once they are complete."""
-    with served(bench, autopilot), Remote() as remote:
+
+    def step() -> None:
+        autopilot.receive()
+        autopilot.report(STATE)
+        bench.serve(wait=0.02)
+
+    with closing(autopilot), served(step), Remote() as remote:
         live = LiveConnection(remote, interface("mavlink"))
 
         def lines() -> dict[str, Finding]:

@@ -1,8 +1,6 @@
 """A running connection as `vessel-hsmc check` sees it: real nodes and publishers, with mistakes planted into them."""
 
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +12,7 @@ from geometry_msgs.msg import TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
+from serving import served
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.drive import DriveNode
@@ -30,22 +29,9 @@ from vessel_hsmc_ros.preflight.rules import judge
 PERIOD = 0.02
 
 
-@contextmanager
-def served(bench: Any) -> Iterator[None]:
-    """Serve the nodes of the bench in a thread, while the check observes them from this one."""
-    ended = threading.Event()
-
-    def serve() -> None:
-        while not ended.is_set():
-            bench.serve(wait=0.05)
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    try:
-        yield
-    finally:
-        ended.set()
-        thread.join(10.0)
+def serving(bench: Any) -> AbstractContextManager[None]:
+    """Serve the nodes of the bench."""
+    return served(lambda: bench.serve(wait=0.05))
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +55,7 @@ def publish_odometry(bench: Any, topic: str = "odom", frame: str = "odom", late:
 
 
 def mistakes(bench: Any, seconds: float = 1.0) -> str:
-    with served(bench), Remote() as remote:
+    with serving(bench), Remote() as remote:
         live = LiveConnection(remote)
         live.listen(seconds)
         return "\n".join(f"{about}: {text}" for level, about, text in judge(live.connection()) if level == WRONG)
@@ -114,7 +100,7 @@ def test_a_pulse_reaches_the_drive_and_its_time_out_is_seen(bench: Any) -> None:
     publish_odometry(bench)
     limits = {"surge_force_limit": 100.0, "yaw_moment_limit": 50.0, "ramp_time": 0.1, "command_timeout": 0.3}
     bench.start(DriveNode, lockstep=False, form="normalised", **limits)
-    with served(bench), Remote() as remote:
+    with serving(bench), Remote() as remote:
         live = LiveConnection(remote)
         live.pulse(10.0, 5.0)
         live.listen(0.5)
@@ -132,7 +118,11 @@ def test_a_pulse_reaches_the_drive_and_its_time_out_is_seen(bench: Any) -> None:
 
 def test_no_pulse_beside_another_publisher(bench: Any) -> None:
     bench.start(ControllerNode, lockstep=False, law="guided")
-    with served(bench), Remote() as remote, pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"):
+    with (
+        serving(bench),
+        Remote() as remote,
+        pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"),
+    ):
         LiveConnection(remote).pulse(10.0, 5.0)
 
 
@@ -141,7 +131,7 @@ def test_a_pulse_of_velocities_reaches_the_loops_of_a_stack_and_ends_with_zero(b
     bench.start(DriveNode, lockstep=False, form="cmd_vel", surge_speed_limit=1.0, yaw_rate_limit=0.5)
     sent: list[tuple[float, float]] = []
     bench.probe.create_subscription(TwistStamped, "cmd_vel", lambda m: sent.append((m.twist.linear.x, m.twist.angular.z)), 10)
-    with served(bench), Remote() as remote:
+    with serving(bench), Remote() as remote:
         live = LiveConnection(remote)
         assert live.units == ("m/s", "rad/s")
         for above in ((1.5, 0.2), (0.5, -0.6)):
@@ -157,7 +147,11 @@ def test_a_pulse_of_velocities_reaches_the_loops_of_a_stack_and_ends_with_zero(b
 def test_no_pulse_of_velocities_beside_a_controller(bench: Any) -> None:
     bench.start(DriveNode, lockstep=False, form="cmd_vel")
     bench.start(ControllerNode, lockstep=False, law="guided")
-    with served(bench), Remote() as remote, pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"):
+    with (
+        serving(bench),
+        Remote() as remote,
+        pytest.raises(RunError, match="while controller publishes /cmd_wrench: end it"),
+    ):
         LiveConnection(remote).pulse(0.1, 0.1)
 
 

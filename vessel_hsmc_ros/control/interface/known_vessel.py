@@ -21,7 +21,7 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.core.steering import Steering, steering
+from vessel_hsmc_ros.core.steering import Steering, steering, steering_loss, steering_speed
 
 
 def limit(what: str, unit: str, default: float, high: float) -> float:
@@ -113,21 +113,8 @@ class KnownVessel(NamedVessel):
         low=NOT_DECLARED,
         high=10.0,
     )
-
-    steering_loss: float = parameter(
-        0.0,
-        "Share of yaw_moment_limit that is lost without thrust and way: 1 for an outboard, less with a rudder behind a propeller"
-        " that idles; 0: none, as with two propellers side by side.",
-        low=0.0,
-        high=1.0,
-    )
-    steering_speed: float = parameter(
-        math.inf,
-        "With steering_loss, the surge speed at which a rudder gives the full yaw moment without thrust; inf: no rudder.",
-        unit="m/s",
-        low=1e-3,
-        high=math.inf,
-    )
+    steering_loss: float = steering_loss()
+    steering_speed: float = steering_speed()
 
     @property
     def steering(self) -> Steering:
