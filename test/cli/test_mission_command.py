@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from boat_bags import write_boat
 from click.testing import CliRunner, Result
-from mission_writing import HOME, feature, geojson, line, of_plan, of_table, plan, positions, simple_item, waypoint_item, wpl
+from mission_writing import HOME, feature, geojson, line, of_table, plan, positions, simple_item, waypoint_item, wpl
 from reaching import Reach, exit_code_of
 
 from vessel_hsmc_ros.cli.command import cli
@@ -168,15 +168,9 @@ def test_a_mission_of_positions_is_sent_to_the_vessel(reach: Reach, monkeypatch:
     assert namespaces == ["one"]
 
 
-@pytest.mark.parametrize(
-    ("text", "reason"),
-    [
-        (of_plan(PLACES), "--datum must be given with --send"),
-        (METRES.replace("x,y", "x,y,speed").replace(".0\n", ".0,1\n") + ",1", "items are refused"),
-    ],
-)
-def test_what_a_running_vessel_cannot_take_is_not_sent(text: str, reason: str) -> None:
-    assert reason in str(call(text, "--send").exception)
+def test_what_a_running_vessel_cannot_take_is_not_sent() -> None:
+    with_speeds = METRES.replace("x,y", "x,y,speed").replace(".0\n", ".0,1\n") + ",1"
+    assert "items are refused" in str(call(with_speeds, "--send").exception)
 
 
 @pytest.mark.parametrize(
@@ -204,16 +198,23 @@ def test_options_that_do_not_fit_each_other_or_the_file_are_wrong_use(
     assert exit_code_of(monkeypatch, "mission", "way", *options) == 2
 
 
-@pytest.mark.parametrize(("own", "sent"), [((63.44, 10.39), True), ((), True), ((63.45, 10.39), False)])
+@pytest.mark.parametrize(
+    ("own", "given", "refusal"),
+    [
+        ((63.44, 10.39), (63.44, 10.39), ""),
+        ((63.44, 10.39), (), ""),
+        (None, (63.44, 10.39), ""),
+        (None, (), "--datum must be given with --send"),
+        ((63.45, 10.39), (63.44, 10.39), "--datum must be that of /odom/datum, 63.45,10.39 (got 63.44,10.39)"),
+    ],
+)
 def test_a_mission_is_sent_only_with_the_datum_of_the_odometry(
-    monkeypatch: pytest.MonkeyPatch, own: tuple[float, ...], sent: bool
+    monkeypatch: pytest.MonkeyPatch, own: tuple[float, ...] | None, given: tuple[float, ...], refusal: str
 ) -> None:
     pytest.importorskip("rclpy", reason="ROS is not installed")
-    remote = SimpleNamespace(
-        require=lambda *_: None, name=lambda name: f"/{name}", nodes=lambda: ["/navsat_odom", "/reference_ship"]
-    )
+    remote = SimpleNamespace(name=lambda name: f"/{name}")
     monkeypatch.setattr("vessel_hsmc_ros.cli.mission.running_vessel", lambda _: nullcontext(remote))
-    monkeypatch.setattr("vessel_hsmc_ros.nodes.remote.get_parameters", lambda *_: {"datum": [*own]})
+    monkeypatch.setattr("vessel_hsmc_ros.nodes.remote.stated_datum", lambda _: own)
     found: list[Any] = []
 
     def send(_: object, poses: list[Any]) -> str:
@@ -221,6 +222,8 @@ def test_a_mission_is_sent_only_with_the_datum_of_the_odometry(
         return "path: 3 waypoints"
 
     monkeypatch.setattr("vessel_hsmc_ros.nodes.remote.send_path", send)
-    done = call(of_table(PLACES), "--send", "--detach", "--datum", "63.44,10.39")
-    assert (len(found) == 3) == sent
-    assert ("--datum must be that of /navsat_odom, 63.45,10.39 (got 63.44,10.39)" in str(done.exception)) != sent
+    done = call(of_table(PLACES), "--send", "--detach", *(["--datum", ",".join(map(str, given))] if given else []))
+    assert (len(found) == 3) == (not refusal)
+    assert refusal in str(done.exception or "")
+    if not refusal:
+        assert f"datum: {(own or given)[0]:.7f}" in done.output

@@ -10,13 +10,14 @@ from action_client import RATE_HZ, Sent, Vessel, path, pose
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from sensor_msgs.msg import BatteryState
+from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, GeoPose
 
 from vessel_hsmc_ros.core.geodesy import Plane
 from vessel_hsmc_ros.guidance.tasks import Code
+from vessel_hsmc_ros.nodes import qos
 
 SUCCEEDED, ABORTED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED
 LEGS = path((60.0, 0.0), (60.0, 40.0))
@@ -102,6 +103,23 @@ def test_places_are_sailed_in_the_plane_of_the_datum(start: Any) -> None:
     vessel.until(lambda: sent.done)
     assert sent.result()[:2] == (SUCCEEDED, Code.REACHED)
     assert vessel.states[-1][:2] == pytest.approx((40.0, 30.0), abs=0.1)
+
+
+@pytest.mark.parametrize(("declared", "code"), [([0.0], None), ([63.44, 10.39], None), ([63.44, 10.3901], Code.REFUSED)])
+def test_places_are_sailed_by_the_datum_that_the_odometry_states_and_by_no_other(
+    bench: Any, start: Any, declared: list[float], code: Code | None
+) -> None:
+    stated = bench.probe.create_publisher(NavSatFix, "odom/datum", qos.LATCHED)
+    stated.publish(NavSatFix(latitude=63.44, longitude=10.39))
+    vessel = start("path", lockstep=False, actions__datum=declared)
+    bench.until(lambda: vessel.node.actions._sight.datum())
+    sent = vessel.send("follow_gps_waypoints", gps_poses=[place(*Plane(63.44, 10.39).coordinates(40.0, 0.0))])
+    vessel.until(lambda: sent.done or sent.feedback)
+    if code:
+        assert sent.result()[1] == code
+        assert "datum must be the datum of the odometry, 63.44, 10.39 (got [63.44, 10.3901])" in sent.result()[2]
+    else:
+        assert 20.0 < sent.feedback[-1].distance_remaining < 41.0
 
 
 def test_a_vessel_that_does_not_follow_has_not_reached_the_end(start: Any) -> None:

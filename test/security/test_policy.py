@@ -28,6 +28,7 @@ PX4 |= {f"fmu/out/{name}" for name in ("vehicle_odometry", "vehicle_status")}
 BEYOND = {
     "thrusters/*",
     "watched_wrench",
+    "odom/datum",
     "~/transition_event",
     "relayed/*",
     "battery_state",

@@ -11,6 +11,7 @@ from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from vessel_hsmc_ros.boats.autopilot_parameters import MavlinkParameters
+from vessel_hsmc_ros.boats.datum import datum_publisher
 from vessel_hsmc_ros.boats.failsafe_parameters import ParameterReader
 from vessel_hsmc_ros.boats.handover import Handover, Sticks
 from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
@@ -54,7 +55,7 @@ class MavlinkNode(VesselNode):
     NAME = "mavlink"
     INTERFACE = """
         subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
-        publishes      odom, applied_wrench, events
+        publishes      odom, odom/datum, applied_wrench, events
         services       ~/stop, ~/rearm; it calls controller/enable
     """
     PARAMETERS = MavlinkParameters
@@ -90,6 +91,7 @@ class MavlinkNode(VesselNode):
         self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, p.stream_rate or SLOW_STREAM_RATE))
         self.connections.allow_one_publisher("odom")
         self._publish_transform = transform_publisher(self)
+        self._state_datum = datum_publisher(self, self._odometry.header.frame_id)
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
         self._commands = Commands(self, self._link, self._sticks, self._refuse)
@@ -162,6 +164,7 @@ class MavlinkNode(VesselNode):
             if self._origin is not None:
                 self._handover.take_over(f"the autopilot has moved its origin; {text}")
             self._origin = origin
+            self._state_datum(*origin)
 
     def _on_radio(self, message: Any, now: float) -> None:
         if moved := self._sticks.moved(now, fields(message, "chan{}_raw", 18)):

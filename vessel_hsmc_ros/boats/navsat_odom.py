@@ -10,6 +10,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
+from vessel_hsmc_ros.boats.datum import datum_publisher
 from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
@@ -49,7 +50,7 @@ class NavsatOdometryNode(VesselNode):
     NAME = "navsat_odom"
     INTERFACE = """
         subscribes to  fix; imu, heading or fix_2; fix_velocity, or course and speed
-        publishes      odom
+        publishes      odom, odom/datum
         services       fromLL, toLL where robot_localization is installed
     """
     PARAMETERS = NavsatOdometryParameters
@@ -73,6 +74,9 @@ class NavsatOdometryNode(VesselNode):
         self._out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
         self.connections.allow_one_publisher("odom")
         self._publish_transform = transform_publisher(self)
+        self._state_datum = datum_publisher(self, self._odometry.header.frame_id)
+        if p.datum:
+            self._state_datum(*p.datum)
         self._subscribe(p.heading, p.velocity)
         self._offer_conversions()
 
@@ -175,6 +179,7 @@ class NavsatOdometryNode(VesselNode):
             return None
         text = f"datum: the first fix, {first.latitude:.8f}, {first.longitude:.8f}; the parameter datum keeps it"
         self.get_logger().info(text)
+        self._state_datum(first.latitude, first.longitude)
         return plane
 
     def _is_near(self, plane: Plane, message: NavSatFix, name: str) -> bool:

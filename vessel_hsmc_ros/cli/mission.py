@@ -30,8 +30,9 @@ from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
 from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.geodesy import same
 from vessel_hsmc_ros.core.install_paths import shell_command
-from vessel_hsmc_ros.core.node_list import REFERENCE
+from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.scenario.own_ship import MARGIN
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 
@@ -40,13 +41,14 @@ COLUMNS = ("leg", "to", "corner", "x [m]", "y [m]", "length [m]", "course [deg]"
 NAVSAT = "navsat_odom"
 """The node whose datum is that of the odometry."""
 
-SAME_DATUM = 1e-7
-"""Largest difference of a datum from that of the odometry, degrees: a centimetre."""
-
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--datum", metavar="LAT,LON", help="Origin of x and y, degrees [default: the planner's home, or the first place].")
+@click.option(
+    "--datum",
+    metavar="LAT,LON",
+    help="Origin of x and y, degrees [default: the planner's home, or the first place; with --send that of the vessel].",
+)
 @click.option("--route", metavar="NAME", help="The route to take of several in a GPX or GeoJSON file.")
 @click.option("--legs", metavar="N|N-M|N-", help="Sail leg N, legs N to M, or all from N on; leg N leads to waypoint N.")
 @click.option(
@@ -89,7 +91,11 @@ def mission(file: Path, **given: Any) -> None:
         longer = f" --set vessel_sim.duration={duration}" if duration else ""
         print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
     if given["send"]:
-        _send(whole, found.datum, given["namespace"], given["detach"])
+        if whole.fences:
+            print_warning(
+                "the fence is not sent: the vessel keeps the one of its start, controller.safety.fence; --into writes it"
+            )
+        _send(whole, given["namespace"], given["detach"])
 
 
 def _check_options(given: dict[str, Any]) -> None:
@@ -150,14 +156,31 @@ def sailed_mission(file: Path) -> tuple[dict[str, object], Mission]:
 def _placed(file: Path, given: dict[str, Any]) -> Placed:
     datum = None if given["datum"] is None else datum_of(given["datum"])
     read = read_mission(file, given["route"])
-    if given["send"] and read.geographic and datum is None:
-        raise ParameterError(
-            f"--datum must be given with --send, because {file} is in latitude and longitude: that of the odometry"
-        )
+    if given["send"] and read.geographic:
+        datum = _datum_of_vessel(given["namespace"], datum, file)
     if not read.points:  # before the error, as they are the reason
         for item in (*read.left_out, *read.refused):
             print_warning(f"refused: {item}")
     return placed(read, datum, f"mission file {file}")
+
+
+def _datum_of_vessel(namespace: str, datum: Pair | None, file: Path) -> Pair:
+    """The datum of a running vessel's odometry, or the given one where no node states it.
+
+    Raises:
+        ParameterError: the given one is another one, or there is none.
+        RunError: the vessel is not found, or has no datum yet.
+    """
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import stated_datum
+
+        own = stated_datum(remote)
+        if own and datum:
+            _require_datum(own, datum, remote.name(DATUM))
+    if not (found := own or datum):
+        what = f"because {file} is in latitude and longitude, and no node states the datum of the odometry on {DATUM}"
+        raise ParameterError(f"--datum must be given with --send, {what}")
+    return found
 
 
 def _completed(bag: Path, found: Placed) -> int:
@@ -190,7 +213,7 @@ def _require_datum(own: Sequence[float] | None, datum: Pair, where: str) -> None
     Raises:
         ParameterError: it is not.
     """
-    if own and max(abs(a - b) for a, b in zip(own, datum, strict=True)) > SAME_DATUM:
+    if own and not same(own, datum):
         raise ParameterError(f"--datum must be that of {where}, {own[0]},{own[1]} (got {datum[0]},{datum[1]})")
 
 
@@ -288,21 +311,16 @@ def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> 
         raise ScenarioError(f"{into} cannot be written: {error.strerror}") from None
 
 
-def _send(whole: Mission, datum: Pair | None, namespace: str, detach: bool) -> None:
+def _send(whole: Mission, namespace: str, detach: bool) -> None:
     """Send the positions to a running vessel, and wait for the end unless the command is detached from it.
 
     Raises:
-        ParameterError: its odometry has another datum.
         RunError: it takes no path, refuses this one, or does not come to its end.
     """
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import get_parameters, send_path
+        from vessel_hsmc_ros.nodes.remote import send_path
         from vessel_hsmc_ros.nodes.remote_actions import sail_along
 
-        if datum is not None:
-            remote.require(REFERENCE)
-            if remote.name(NAVSAT) in remote.nodes():
-                _require_datum(get_parameters(remote, NAVSAT, ("datum",))["datum"], datum, remote.name(NAVSAT))
         poses = [(*point.place, 0.0) for point in whole.points]
         if detach:
             print_line(send_path(remote, poses))

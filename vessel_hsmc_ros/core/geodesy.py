@@ -6,6 +6,7 @@ are right to 1e-6. Away from the datum north is not along y but turned by the co
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -13,6 +14,10 @@ from vessel_hsmc_ros.core.kinematics import TURN
 
 FARTHEST = 50e3
 """Largest distance from the datum, m: one that is farther away is of another place, and scale and angles are not right there."""
+
+
+SAME = 1e-7
+"""Largest difference of two statements of one datum, degrees: a centimetre."""
 
 
 class Place(NamedTuple):
@@ -65,6 +70,11 @@ class Plane:
             self.latitude, self.longitude, azimuth, math.hypot(x, y), self._earth.LATITUDE | self._earth.LONGITUDE
         )
         return found["lat2"], found["lon2"]
+
+
+def same(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two pairs of latitude and longitude, degrees, state one datum."""
+    return abs(one[0] - other[0]) <= SAME and abs(math.remainder(one[1] - other[1], 360.0)) <= SAME
 
 
 def exchanged(plane: Plane, latitude: float, longitude: float) -> bool:

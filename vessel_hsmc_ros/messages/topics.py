@@ -10,6 +10,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.install_paths import prefixes, share_directory
 
 EVENTS = "events"  # calls of services, changed parameters, accepted goals and paths, of all nodes of a vessel
+DATUM = "odom/datum"  # sensor_msgs/NavSatFix, latched: latitude and longitude of the origin of the odometry
 RECORDED_TOPICS = {
     "odom": "nav_msgs/msg/Odometry",
     "odom/truth": "nav_msgs/msg/Odometry",

@@ -13,11 +13,13 @@ import vessel_hsmc_msgs.action
 from nav_msgs.msg import Path
 
 from vessel_hsmc_ros.core.exceptions import GoalError
-from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
+from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged, same
 from vessel_hsmc_ros.guidance.goal_parameters import NONE
 from vessel_hsmc_ros.guidance.path_parameters import Point
 from vessel_hsmc_ros.messages.conversions import time_message
 from vessel_hsmc_ros.messages.goals import read_goal, read_path
+from vessel_hsmc_ros.messages.topics import DATUM
+from vessel_hsmc_ros.scenario.action_parameters import OWNER
 
 MAX_WAYPOINTS = 20_000  # of one goal, with its loops
 
@@ -34,11 +36,22 @@ class Way(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """Where goals are read: the frames they may be in, the reference's place, m, and the datum, degrees."""
+    """Where goals are read: the frames they may be in, the reference's place, m, and the datum, declared and stated."""
 
     allowed: Collection[str]
     here: Point
     datum: tuple[float, ...]
+    stated: tuple[float, float] | None
+
+    def plane(self) -> Plane:
+        """The plane of places by latitude and longitude. Raises GoalError without a datum, or with two."""
+        declared = None if self.datum == NONE else self.datum
+        datum = self.stated or declared
+        if datum is None:
+            raise GoalError(f"{OWNER}.datum must be given for places by latitude and longitude, as no node states it on {DATUM}")
+        if declared and not same(declared, datum):
+            raise GoalError(f"{OWNER}.datum must be the datum of the odometry, {datum[0]}, {datum[1]} (got {list(declared)})")
+        return Plane(*datum)
 
 
 def _read_pose(goal: Any, f: Frames) -> Way:
@@ -57,9 +70,7 @@ def _read_waypoints(goal: Any, f: Frames) -> Way:
 
 
 def _read_places(goal: Any, f: Frames) -> Way:
-    if f.datum == NONE:
-        raise GoalError("reference_ship.actions.datum must be given for places by latitude and longitude: that of the odometry")
-    plane, points = Plane(*f.datum), []
+    plane, points = f.plane(), []
     for number, pose in enumerate(goal.gps_poses):
         place = pose.position.latitude, pose.position.longitude
         if not (abs(place[0]) <= 90.0 and abs(place[1]) <= 360.0):  # NaN too

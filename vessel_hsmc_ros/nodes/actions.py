@@ -104,7 +104,7 @@ class Actions:
         goal = Goal(bytes(handle.goal_id.uuid), action.kind != "NavigateToPose")
         refusal, way = "" if self._node.connected else "the reference ship has not begun: it waits for other nodes", Way([], "")
         try:
-            way = action.read(handle.request, Frames(self._node.frames, self._node.here, self._p.datum))
+            way = action.read(handle.request, Frames(self._node.frames, self._node.here, self._p.datum, self._sight.datum()))
         except GoalError as error:
             refusal = str(error)
         self._accepted[goal.key] = Accepted(goal, handle, action, way, Future(), time.monotonic())

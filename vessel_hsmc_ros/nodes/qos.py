@@ -55,6 +55,12 @@ CLOCK_OF_LOCKSTEP = QoSProfile(
 """The plant's own: a recorder without processor time for 1000 steps, which is 1.5 s, loses none of it as of the other topics."""
 
 EVENTS = CLOCK  # events are few and latched: a recorder that connects after the first one receives it too
+LATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
 WATCHED = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
     depth=50,

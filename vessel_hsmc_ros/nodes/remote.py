@@ -17,6 +17,7 @@ from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import NavSatFix
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.control.laws import LAWS
@@ -25,7 +26,7 @@ from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.node_list import CONTROLLER, LOOP, REFERENCE, WATCHERS
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.topics import EVENTS
+from vessel_hsmc_ros.messages.topics import DATUM, EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down, start_error
 
@@ -330,6 +331,20 @@ def bearing(remote: Remote, x: float, y: float) -> float:
         raise RunError(f"{remote.name('reference')} had no message within {DISCOVERY_LIMIT:g} s: give the heading")
     present, *_ = conversions.read_reference(message)
     return math.atan2(y - present.y, x - present.x)
+
+
+def stated_datum(remote: Remote) -> tuple[float, float] | None:
+    """Latitude and longitude of the origin of the odometry, degrees; None where no node states them.
+
+    Raises RunError if one is to state them and has not, as before its first fix.
+    """
+    topic, found = remote.name(DATUM), list[NavSatFix]()
+    remote.require(REFERENCE)
+    remote.node.create_subscription(NavSatFix, topic, found.append, qos.LATCHED)
+    remote.until(lambda: found, CONFIRMATION_LIMIT)
+    if not found and remote.node.count_publishers(topic):
+        raise RunError(f"{topic} must have a datum (got none): has the odometry had its first fix?")
+    return (found[-1].latitude, found[-1].longitude) if found else None
 
 
 def frame_of(remote: Remote, *modes: str) -> str:

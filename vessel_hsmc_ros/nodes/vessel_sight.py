@@ -5,14 +5,16 @@ import time
 from typing import Any
 
 from nav_msgs.msg import Odometry
+from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import BatteryState
+from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import Empty
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.scenario.action_parameters import ActionParameters
 
@@ -24,9 +26,9 @@ SILENT = 3.0  # silence after which a controller counts as gone, s
 class Latest:
     """The newest message of a topic, read when it is asked for: most come for nothing."""
 
-    def __init__(self, node: Any, kind: Any, topic: str) -> None:
+    def __init__(self, node: Any, kind: Any, topic: str, profile: QoSProfile = qos.LATEST) -> None:
         self._kind, self._data, self.at = kind, b"", -math.inf
-        node.create_subscription(kind, topic, self._take, qos.LATEST, raw=True)
+        node.create_subscription(kind, topic, self._take, profile, raw=True)
 
     def _take(self, data: bytes) -> None:
         self._data, self.at = data, time.monotonic()
@@ -51,6 +53,7 @@ class VesselSight:
         self._p, self._lockstep, self._begun = p, node.parameters.lockstep, time.monotonic()
         self._odometry = Latest(node, Odometry, "odom")
         self._controller = Latest(node, ControlState, "controller/state")
+        self._datum = None if self._lockstep else Latest(node, NavSatFix, DATUM, qos.LATCHED)
         self._battery = Latest(node, BatteryState, "battery_state") if p.battery else None
         self._operator = Latest(node, Empty, "operator_heartbeat") if p.operator_timeout else None
 
@@ -61,6 +64,11 @@ class VesselSight:
         message = self._odometry.read()
         motion = None if message is None else conversions.read_odometry(message)
         return motion if motion is not None and all(map(math.isfinite, motion)) else None
+
+    def datum(self) -> tuple[float, float] | None:
+        """Latitude and longitude of the origin of the odometry, degrees; None where no node states them."""
+        message = self._datum.read() if self._datum else None
+        return (message.latitude, message.longitude) if message is not None else None
 
     def operation(self) -> Operation | None:
         """What the controller does; None where it has never been heard of."""

@@ -50,7 +50,7 @@ class ActionParameters:
     )
     datum: tuple[float, ...] = parameter(
         NONE,
-        "Latitude and longitude of the origin of the odometry, degrees, for follow_gps_waypoints; [0.0] for none.",
+        "Latitude and longitude of the origin of the odometry, degrees, for follow_gps_waypoints; [0.0] for those on odom/datum.",
         low=-180.0,
         high=180.0,
     )

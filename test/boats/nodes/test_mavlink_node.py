@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from geometry_msgs.msg import TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import NavSatFix
 from sockets import free_port
 from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
@@ -21,6 +22,7 @@ pytest.importorskip("pymavlink", exc_type=ImportError)
 from mavlink_autopilot import GUIDED, HOLD, ORIGIN, Autopilot
 
 from vessel_hsmc_ros.boats.mavlink import MavlinkNode
+from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 
 STATE = (30.0, -4.0, 2.5, 1.2, -0.3, 0.1)
@@ -135,6 +137,9 @@ def test_position_and_attitude_become_odometry_and_outputs_the_applied_wrench(bo
     assert (found.x, found.y, found.r) == pytest.approx((30.0, -4.0, 0.1))
     assert (made.odometry[-1].header.frame_id, made.odometry[-1].child_frame_id) == ("odom", "base_link")
     assert made.node.status()[2]["origin_latitude"] == pytest.approx(ORIGIN[0] * 1e-7)
+    stated = made.bench.collect(NavSatFix, "odom/datum", qos.LATCHED)
+    made.until(lambda: stated)
+    assert (stated[0].latitude, stated[0].longitude) == pytest.approx((ORIGIN[0] * 1e-7, ORIGIN[1] * 1e-7))
     made.until(lambda: conv.read_wrench(made.applied[-1]) == pytest.approx((100.0, -12.5)))
     assert not made.all("MANUAL_CONTROL"), "in standby nothing is sent"
     made.autopilot.filter = 0

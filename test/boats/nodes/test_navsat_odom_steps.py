@@ -13,6 +13,7 @@ from stepped_node import SteppedNode
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
 from vessel_hsmc_ros.core.geodesy import Plane
 from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.nodes import qos
 
 DATUM, TIMEOUT = (-33.9, 18.4), 0.5
 
@@ -219,6 +220,19 @@ def test_a_negative_speed_over_a_course_is_opposite_to_it(receiver: Any) -> None
         made.node._on_speed(Float64(data=speed))
         made.imu(0.0)
         assert made.answer(made.fix())[3:5] == pytest.approx((speed, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("given", [[], list(DATUM)])
+def test_the_datum_is_stated_for_who_comes_later(bench: Any, receiver: Any, given: list[float]) -> None:
+    made = receiver(datum=given)
+    made.imu(0.0)
+    first = made.fix(100.0, 50.0)
+    for fix in (first, made.fix(100.0, 50.0)):
+        made.answer(fix)
+    stated = bench.collect(NavSatFix, "odom/datum", qos.LATCHED)
+    bench.until(lambda: stated)
+    assert [stated[0].latitude, stated[0].longitude] == (given or [first.latitude, first.longitude])
+    assert stated[0].header.frame_id == "odom"
 
 
 def test_without_a_datum_the_first_fix_is_the_origin_for_good(receiver: Any) -> None:
