@@ -43,3 +43,5 @@ def test_a_run_at_a_fence_is_stopped_and_held_inside_as_offline(tmp_path: Path) 
     places = [(p.x, p.y) for p in (each.ros_msg.pose.pose.position for each in messages if each.channel.topic == "/odom")]
     offline = simulate(open_bag(folder / "bag").scenario())
     assert np.array_equal(places, offline.state[:, :2]), "bit-identical"
+    stated = [(m.operation, m.reason) for m in (each.ros_msg for each in messages if each.channel.topic == "/controller/state")]
+    assert stated == list(zip(offline.control["operation"], offline.control["reason"], strict=True))

@@ -136,7 +136,7 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
         "dynamics/truth": (p.stamp, _vectors("accel", p.unforced_acceleration)),
         "reference": (p.reference_stamp, {**reference, **_vectors("acceleration", p.reference_acceleration)}),
         "reference/pose": (p.reference_stamp, pose),
-        "controller/state": (p.control_stamp, {**p.control, **_supervised(len(p.control_stamp))}),
+        "controller/state": (p.control_stamp, {**_unsupervised(len(p.control_stamp)), **p.control}),
         "/clock": (p.stamp, {}),
     }
     if p.truth is not None:
@@ -146,7 +146,7 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
     return {name: found[name] for name in RECORDED_TOPICS if name in found}
 
 
-def _supervised(count: int) -> dict[str, Array]:
+def _unsupervised(count: int) -> dict[str, Array]:
     """What the node adds to the terms of a law that commands in every period; offline no time is taken."""
     return {"compute_time": np.full(count, math.nan), "operation": np.full(count, float(Operation.ACTIVE))}
 

@@ -169,8 +169,10 @@ class InterpretedLoop(Loop):
         self._vessel = sim.vessel.coefficients()
         grid = RateGrid(scenario.reference_ship.rate_hz)
         self._desired = Desired(make_reference(scenario.reference_ship, grid.period), grid)
-        self._loop = make_control_loop(controller, law, may_intervene(controller))
+        self._supervised = may_intervene(controller)
+        self._loop = make_control_loop(controller, law, self._supervised)
         self._terms: list[tuple[int, Terms]] = []
+        self._operations: list[tuple[int, int]] = []  # with the reasons, as the node states them
         self._estimates: list[Motion] = []
 
     def advance(self, stop: int) -> None:
@@ -196,6 +198,8 @@ class InterpretedLoop(Loop):
             age = seconds(stamp - measured_at)
             desired = extrapolate(reference, reference_acceleration, -age)
             self._terms.append((stamp, loop.step(stamp, measured, desired, reference_acceleration, measured_at, age)))
+            if self._supervised:
+                self._operations.append((loop.supervision.operation, loop.supervision.reason))
             if loop.estimate is not None:
                 self._estimates.append(loop.estimate)
         wrench = self._applied(stamp, measured.u)
@@ -216,6 +220,8 @@ class InterpretedLoop(Loop):
     def control(self) -> Control:
         """What the controller has computed so far."""
         terms = {name: np.array([getattr(term, name) for _, term in self._terms]) for name in Terms._fields}
+        if self._operations:
+            terms |= dict(zip(("operation", "reason"), np.array(self._operations).T, strict=True))
         stamps = np.array([stamp for stamp, _ in self._terms], np.int64)
         if not self._estimates:
             return Control(stamps, terms, None, None)
