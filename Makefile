@@ -49,7 +49,7 @@ wheels: tools  ## build the wheels of package and messages into dist, for this v
 try-wheels: wheels  ## install the wheels into an empty environment without a compiler, and run the demo there
 	@$(BIN)/python tools/try_wheels.py
 
-demo:  ## set up as far as it needs, run the paper's case 2 with the paper's law, repaired and as printed, and compare them in one page
+demo:  ## set up as far as it needs, run the paper's case 2 with the paper's law, repaired and as printed, and with guided, and compare them in one page
 	$(LOCKED) $(VENV)/.package
 	@$(BIN)/vessel-hsmc demo
 

@@ -1,9 +1,9 @@
 """Track circle, straight and slalom and keep station with every vessel of the library, in calm water and in a sea of its scale.
 
-`python benchmarks/vessels.py [NAME]... [--states calm,sea]` prints a table; a name may be the path of a vessel file. The states
-`wind`, `current` and `noise` are the sea without the other two. The scenario is that of `vessel-hsmc init`, the gains are those
-of the rule. All references and loads are dimensionless numbers times the units of the ship: length L, sqrt(g·L), and
-T = sqrt(m33/tau_2max).
+`python benchmarks/vessels.py [NAME]... [--states calm,sea] [--law guided]` prints a table, and how many errors are within their
+limits; a name may be the path of a vessel file. The states `wind`, `current` and `noise` are the sea without the other two. The
+scenario is that of `vessel-hsmc init`, the gains are those of the rule. All references and loads are dimensionless numbers times
+the units of the ship: length L, sqrt(g·L), and T = sqrt(m33/tau_2max).
 """
 
 import argparse
@@ -68,18 +68,19 @@ def loads_of(state: str, scale: Scale) -> dict[str, object]:
     return {name: value for part, changes in parts.items() if state in (part, "sea") for name, value in changes.items()}
 
 
-def errors(name: str, state: str) -> dict[str, float]:
+def errors(name: str, state: str, law: str) -> dict[str, float]:
     """The rms position error of the last quarter of each reference, in lengths; infinite for a run that fails.
 
     Args:
         name: The vessel, or the path of its file.
         state: As in `loads_of`.
+        law: The control law.
     """
     values = read_vessel(name).values
     scenario, scale = parse_scenario(scenario_for(values, name), name), scale_of(ship_of(values))
     found = {}
     for reference, changes in references(scenario, scale).items():
-        metrics = simulate_one(scenario.changed({**changes, **loads_of(state, scale)})).metrics
+        metrics = simulate_one(scenario.changed({"controller.law": law, **changes, **loads_of(state, scale)})).metrics
         found[reference] = metrics.position_error_rms_last_quarter / scale.L if metrics else math.inf
     return found
 
@@ -89,16 +90,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="vessels (default: the library)")
     parser.add_argument("--states", default="calm,sea", help="calm, sea, wind, current, noise, separated by commas")
+    parser.add_argument("--law", default="guided", help="control law")
     given = parser.parse_args()
-    states = given.states.split(",")
+    names, states = given.names or vessel_names(), given.states.split(",")
+    within = dict.fromkeys(states, 0)
     print("| vessel | " + " | ".join(f"{kind}, {state} %" for state in states for kind in KINDS) + " |")
     print("|" + " --- |" * (1 + len(states) * len(KINDS)))
-    for name in given.names or vessel_names():
+    for name in names:
         cells = []
         for state in states:
-            limit, found = CALM_LIMIT if state == "calm" else SEA_LIMIT, errors(name, state)
+            limit, found = CALM_LIMIT if state == "calm" else SEA_LIMIT, errors(name, state, given.law)
+            within[state] += sum(error <= limit for error in found.values())
             cells += [f"{100.0 * found[kind]:.2g}{'' if found[kind] <= limit else ' *'}" for kind in KINDS]
         print(f"| {name} | " + " | ".join(cells) + " |", flush=True)
+    print("within the limits: " + ", ".join(f"{within[state]} of {len(names) * len(KINDS)} in {state}" for state in states))
 
 
 if __name__ == "__main__":

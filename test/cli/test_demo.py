@@ -52,23 +52,24 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Demonstration:
     return Demonstration(demo(output, run_nodes), output, scenarios)
 
 
-def test_both_laws_run_in_lockstep_on_the_same_scenario(demonstration: Demonstration) -> None:
+def test_three_laws_run_in_lockstep_on_the_same_scenario(demonstration: Demonstration) -> None:
     assert demonstration.result.exit_code == 0
     scenarios = demonstration.scenarios
-    assert [scenario.controller.law for scenario in scenarios] == ["hierarchical", "hierarchical_printed"]
+    assert [scenario.controller.law for scenario in scenarios] == ["hierarchical", "hierarchical_printed", "guided"]
     assert {scenario.name for scenario in scenarios} == {"case2_tracking"}
     assert all(scenario.controller.lockstep for scenario in scenarios)
 
 
 def test_each_run_keeps_a_folder_of_its_own_beside_the_common_page(demonstration: Demonstration) -> None:
     (folder,) = demonstration.output.iterdir()
-    assert sorted(path.name for path in folder.iterdir()) == ["figures", "hierarchical", "hierarchical_printed", "report.html"]
+    assert {path.name for path in folder.iterdir()} == {"figures", "report.html", *LAWS}
     assert f"page: {folder / 'report.html'}" in demonstration.result.output
 
 
 def test_the_sentences_follow_the_table(demonstration: Demonstration) -> None:
     output = demonstration.result.output
-    places = [output.index(text) for text in ("position error, final", "The paper's law, repaired", "The paper's law as printed")]
+    texts = "position error, final", "The paper's law, repaired", "The paper's law as printed", "The guided law"
+    places = [output.index(text) for text in texts]
     assert places == sorted(places)
 
 

@@ -17,13 +17,13 @@ cli(["demo"])
 
 
 @pytest.mark.long
-def test_both_laws_run_over_nodes_and_end_in_one_page_and_one_table(tmp_path: Path) -> None:
+def test_three_laws_run_over_nodes_and_end_in_one_page_and_one_table(tmp_path: Path) -> None:
     command = Command(
         [sys.executable, "-c", SHORT], tmp_path, {"ROS_DOMAIN_ID": ""}
     )  # in two free domains, if there are two cores
     assert command.wait(120.0) == 0, command.text
     (folder,) = (tmp_path / "runs").glob("*_demo")
-    for law in ("hierarchical", "hierarchical_printed"):
+    for law in ("hierarchical", "hierarchical_printed", "guided"):
         summary = json.loads((folder / law / "run.json").read_text())
         assert (summary["mode"], summary["steps"], summary["missed_periods"]) == ("lockstep", 200, 0)
         assert 0.0 < summary["start_up"] < 60.0
@@ -33,4 +33,5 @@ def test_both_laws_run_over_nodes_and_end_in_one_page_and_one_table(tmp_path: Pa
     assert "position error, final" in command.text
     assert "The paper's law as printed (hierarchical_printed) does not converge" in command.text
     assert "The paper's law, repaired" in command.text
+    assert "The guided law" in command.text
     assert f"page: {folder.relative_to(tmp_path) / 'report.html'}" in command.text

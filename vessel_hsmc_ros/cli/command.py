@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.version import __version__
 
 GROUPS = {
     "Simulate a ship": {
-        "demo": "Two control laws on one example, side by side, in one page.",
+        "demo": "Three control laws on one example, side by side, in one page.",
         "run": "Simulate a scenario by ROS 2 nodes and record it.",
         "simulate": "Simulate a scenario quickly, without ROS.",
         "scenarios": "List the scenarios, or print one to start from.",

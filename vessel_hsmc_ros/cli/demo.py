@@ -1,4 +1,4 @@
-"""`vessel-hsmc demo`: the paper's case 2 under its law, repaired and as printed, over real nodes, in one page and one table."""
+"""`vessel-hsmc demo`: case 2 under the paper's law, repaired and as printed, and under guided, over real nodes, in one page."""
 
 import sys
 from pathlib import Path
@@ -17,25 +17,23 @@ if TYPE_CHECKING:
 @click.command()
 @output_option
 def demo(output: Path) -> None:
-    """Show two control laws on one example, side by side.
+    """Show three control laws on one example, side by side.
 
-    A ship follows a circle under a disturbance (case 2 of the paper), once with the paper's law, repaired, and once
-    with it as printed.
-    The command prints a table of both runs and writes a page that overlays them. Each run keeps a folder of its own with its
-    recording. Both run at the same time where there are two cores. This takes a minute or two.
+    A ship follows a circle under a disturbance (case 2 of the paper) with the paper's law, repaired, with it as printed,
+    and with the law guided. The command prints a table of the runs and writes a page that overlays them. Each run keeps a
+    folder of its own with its recording. Two run at the same time where there are two cores. This takes a minute or two.
     """
     from vessel_hsmc_ros.studies.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags, run_laws
 
     check_writable(output)
-    with progress_bar(f"running {SCENARIO} with the laws {' and '.join(LAWS)}", len(LAWS) * DURATION) as update:
+    with progress_bar(f"running {SCENARIO} with the laws {', '.join(LAWS)}", len(LAWS) * DURATION) as update:
         parent = run_laws(output, update, _end_if_failed)
-    with progress_bar("comparing both runs", None):  # outside of the lock: another run may start meanwhile
+    with progress_bar("comparing the runs", None):  # outside of the lock: another run may start meanwhile
         from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
 
         found = compare_bags([parent.path / law / "bag" for law in LAWS], parent.report)
-    head = ["", *(record.name for record in found.records), "difference"]
-    rows = [(row.label, row.text(0), row.text(1), row.difference(1)) for row in metrics_table(found.records)]
-    print_table(head, rows)
+    head = ["", *(record.name for record in found.records)]
+    print_table(head, [(row.label, *map(row.text, range(len(LAWS)))) for row in metrics_table(found.records)])
     for note in found.conclusions:
         print_line(note)
     for kind, path in found.files.items():

@@ -1,6 +1,8 @@
 """The demonstration: its conclusions and its page."""
 
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import bag_making
 import numpy as np
@@ -11,7 +13,8 @@ from unrendered import leave_unrendered
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
-from vessel_hsmc_ros.studies.runs.demonstration import compare_bags, conclusions
+from vessel_hsmc_ros.studies.runs import demonstration
+from vessel_hsmc_ros.studies.runs.demonstration import compare_bags, conclusions, run_laws
 
 
 def approaching(name: str, final_distance: float, force: float = 1.0) -> Record:
@@ -67,3 +70,17 @@ def test_both_runs_are_in_one_page_under_the_names_of_their_laws(tmp_path: Path,
     page = (tmp_path / "report.html").read_text()
     assert "The guided law" in page
     assert page.index("paper&#39;s law as printed (hierarchical_printed)") < page.index("The guided law")
+
+
+@pytest.mark.parametrize(("domains", "workers"), [("345", None), ("34", 1), ("3", 1)])
+def test_runs_at_the_same_time_have_domains_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, domains: str, workers: int | None
+) -> None:
+    given: list[Any] = []
+    monkeypatch.setattr(demonstration, "free_domains", lambda _: nullcontext(list(domains)))
+    monkeypatch.setattr(demonstration, "run_all", lambda _, tasks, **options: given.extend((tasks, options["workers"])))
+    run_laws(tmp_path, lambda _: None, lambda _: None)
+    tasks, number = given
+    assert number == workers
+    assert [task.law for task in tasks] == list(demonstration.LAWS)
+    assert {task.domain for task in tasks} == set(domains)

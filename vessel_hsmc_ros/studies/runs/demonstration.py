@@ -1,4 +1,4 @@
-"""The demonstration: case 2 of the paper under its law, repaired and as printed, compared in one page."""
+"""The demonstration: case 2 of the paper under its law, repaired and as printed, and under guided, compared in one page."""
 
 import os
 import time
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
-LAWS = ("hierarchical", "hierarchical_printed")
+LAWS = ("hierarchical", "hierarchical_printed", "guided")
 """In the order of their colours in comparisons (`comparison_page.COLOURS`), so that a law has one colour in every figure."""
 
-DURATION = 150.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
+DURATION = 100.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
 CONVERGED = 0.5  # a law with a smaller rms position error over the last quarter of the run counts as converged, m
 UNEQUAL_FORCES = 10.0  # ratio of the largest surge forces of two runs above which their approaches cannot be compared
 TITLES = {
@@ -51,12 +51,13 @@ def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], Non
     `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others. Raises RunError if
     ROS is not installed, or other runs use the domains.
     """
-    cores = len(os.sched_getaffinity(0))
-    with free_domains(min(cores, len(LAWS))) as domains:
+    with free_domains(len(LAWS)) as domains:
         parent = make_run_folder(output, "demo")
         folders = [RunFolder(parent.path / law) for law in LAWS]
         tasks = [Task(*each, DURATION) for each in zip(LAWS, folders, cycle(domains), strict=False)]
-        run_all(_run, tasks, workers=len(domains), on_result=on_result, on_progress=progress)
+        # Runs that share a domain take place one after the other; otherwise there is one for each core.
+        workers = None if len(domains) == len(LAWS) else 1
+        run_all(_run, tasks, workers=workers, on_result=on_result, on_progress=progress)
     return parent
 
 
@@ -87,7 +88,7 @@ def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
 
     records = read(bags)
     notes = conclusions(records)
-    made = write(records, Options(page=page, title=f"{SCENARIO}: {' and '.join(LAWS)}", figures="png", notes=notes))
+    made = write(records, Options(page=page, title=f"{SCENARIO}: {', '.join(LAWS)}", figures="png", notes=notes))
     return Comparison(records, notes, made.files)
 
 
