@@ -1,4 +1,4 @@
-"""The datum of an odometry on a topic: whoever speaks latitude and longitude reads it there, and nobody has to state it again."""
+"""The datum of an odometry on a topic, where everything that has latitude and longitude reads it."""
 
 from collections.abc import Callable
 from typing import Any
