@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.studies.paper import case_run, errata
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED
-from vessel_hsmc_ros.studies.paper.checks import Check, Claim
+from vessel_hsmc_ros.studies.paper.claims import Check, Claim
 from vessel_hsmc_ros.studies.paper.measure import Repaired, measure
 from vessel_hsmc_ros.studies.paper.numbers import Numbers
 from vessel_hsmc_ros.studies.paper.reduced import growth_rate

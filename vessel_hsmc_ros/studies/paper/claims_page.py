@@ -1,9 +1,7 @@
 """The page of the paper's claims, and their rows for the terminal: both forms of the law next to each other."""
 
 from vessel_hsmc_ros.studies.paper.cases import LAWS, of_law
-from vessel_hsmc_ros.studies.paper.checks import NARROW, Claim, Results, formatted
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.paper.errata import FINDINGS, Finding
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, NARROW, Claim, Finding, Results, formatted
 
 Rows = list[tuple[str, ...]]
 
@@ -56,8 +54,7 @@ def claim_row(claim: Claim, results: Results) -> tuple[str, ...]:
 def finding_row(finding: Finding, results: Results) -> tuple[str, ...]:
     """A number of the prototype and ours: quantity, prototype, here, ratio, remark."""
     value = finding.measured(results)
-    # An unexplained difference is reported too.
-    remark = "" if finding.agrees(results) else f"differs{': ' if finding.reason else ''}{finding.reason}"
+    remark = "" if finding.agrees(results) else "differs"
     prototype = f"{finding.prototype:g}{finding.unit}"
     return finding.quantity, prototype, f"{formatted(value)}{finding.unit}", f"{value / finding.prototype:.2f}", remark
 
