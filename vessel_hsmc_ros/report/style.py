@@ -101,7 +101,16 @@ def css_variables() -> str:
 
 
 def _variables(scheme: str, series: tuple[str, ...], page: dict[str, str]) -> str:
-    roles = dict(zip(("ship", "reference", "other", "third"), series, strict=False))
-    runs = {f"run-{i}": colour for i, colour in enumerate(series)}
-    properties = " ".join(f"--{name}: {colour};" for name, colour in {**page, **roles, **runs}.items())
+    properties = " ".join(f"--{name}: {colour};" for name, colour in _colours(series, page).items())
     return f"color-scheme: {scheme}; {properties}"
+
+
+def _colours(series: tuple[str, ...], page: dict[str, str]) -> dict[str, str]:
+    roles = dict(zip(("ship", "reference", "other", "third"), series, strict=False))
+    return {**page, **roles, **{f"run-{i}": colour for i, colour in enumerate(series)}}
+
+
+def page_colour(name: str) -> str:
+    """A colour of the style sheet on a light page, such as --limit, or --run-0/0.2 with an opacity, for matplotlib."""
+    variable, _, opacity = name.removeprefix("--").partition("/")
+    return _colours(SERIES, _LIGHT_PAGE)[variable] + (f"{round(255.0 * float(opacity)):02x}" if opacity else "")

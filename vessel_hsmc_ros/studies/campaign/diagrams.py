@@ -1,26 +1,24 @@
-"""The diagrams of a campaign as numbers, from which the page is drawn, and as PNG files."""
+"""The diagrams of a campaign, by the section of the page that shows them; each is a picture as well."""
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.quantities import scaled
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, layout, line, numbers
+from vessel_hsmc_ros.report.style import SERIES
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign.findings import short
 from vessel_hsmc_ros.studies.campaign.results import LEGS, Results
 from vessel_hsmc_ros.studies.campaign.statistics import Influence, exceedance
 from vessel_hsmc_ros.studies.compare.sweep_page import LOGARITHMIC_RATIO
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-POINTS = 3000  # largest number of runs of a law in a scatter diagram
+MAX_RUNS = 3000  # largest number of runs of a law in a scatter diagram
 BARS = 10  # largest number of parameters with a bar
 STRONGEST = 2  # number of parameters over which the runs are drawn one by one
 
@@ -28,38 +26,7 @@ STRONGEST = 2  # number of parameters over which the runs are drawn one by one
 AT_THE_END = 0.01  # share of the duration before the end of a run in which a settling time is that of the end
 SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
 
-
-class Axis(NamedTuple):
-    """A quantity that is drawn: its name with the unit, and whether its scale is logarithmic."""
-
-    name: str
-    logarithmic: bool = False
-
-
-class Curve(NamedTuple):
-    """The share of a law's runs above each value, with pointwise confidence bounds, (n,) each."""
-
-    law: str
-    value: Array
-    share: Array
-    low: Array
-    high: Array
-
-
-class Exceedance(NamedTuple):
-    """Exceedance curves of a metric, one for each law, with its limit if there is one."""
-
-    axis: Axis
-    limit: float | None
-    curves: tuple[Curve, ...]
-
-
-class Bars(NamedTuple):
-    """Sensitivity indices of the main metric of a law, the strongest last, which is drawn at the top."""
-
-    law: str
-    metric: str
-    entries: tuple[Influence, ...]
+Quantity = tuple[Axis, Any]  # what is drawn of runs: its axis and its values, (n,)
 
 
 class Scatter(NamedTuple):
@@ -77,27 +44,23 @@ class Scatter(NamedTuple):
     ended: NDArray[np.bool_]
 
 
-class Diagrams(NamedTuple):
-    """All diagrams of a report."""
-
-    exceedances: tuple[Exceedance, ...]
-    bars: tuple[Bars, ...]
-    scatters: tuple[Scatter, ...]
-    maps: tuple[Scatter, ...]
-
-
-def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> Diagrams:
-    """The diagrams of a campaign.
+def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> dict[str, list[Figure]]:
+    """The diagrams of a campaign, by the sections of its page.
 
     `found`: the influences on the main metric for each law, strongest first.
     """
-    bars = tuple(Bars(law, label(results.main), tuple(entries[:BARS][::-1])) for law, entries in found.items() if entries)
-    return Diagrams(
-        tuple(_exceedance(results, metric) for metric in results.shown if metric != SETTLING or _settles(results)),
-        bars,
-        tuple(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
-        tuple(_map(results, law, plane) for plane in [_plane(results)] if plane for law in results.by_variant),
-    )
+    plane = _plane(results)
+    return {
+        "exceedance": [_exceedance(results, each) for each in results.shown if each != SETTLING or _settles(results)],
+        "bars": [_bars(results, law, entries[:BARS][::-1]) for law, entries in found.items() if entries],
+        "scatter": list(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
+        "map": [_map(results, law, plane) for law in results.by_variant] if plane else [],
+    }
+
+
+def colour(results: Results, law: str) -> str:
+    """The style sheet's colour of a law."""
+    return f"--run-{list(results.by_variant).index(law) % len(SERIES)}"
 
 
 def _settles(results: Results) -> bool:
@@ -109,7 +72,7 @@ def _settles(results: Results) -> bool:
     return LEGS not in results.metrics and not bool(np.all(times[np.isfinite(times)] >= end))
 
 
-def _metric(runs: Results, metric: str, every: Results) -> tuple[Axis, Array]:
+def _metric(runs: Results, metric: str, every: Results) -> Quantity:
     """A metric of some runs with its axis, whose unit and scale suit the values of all runs."""
     factor, unit = _unit(metric, every)
     values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
@@ -127,31 +90,76 @@ def _unit(metric: str, every: Results) -> tuple[float, str]:
     return (100.0, unit) if unit == "%" else scaled(largest, unit)
 
 
-def _exceedance(results: Results, metric: str) -> Exceedance:
-    curves = [Curve(law, *exceedance(_metric(runs, metric, results)[1])) for law, runs in results.by_variant.items()]
-    if not results.campaign.independent:  # without a band: confidence takes independent draws
-        curves = [curve._replace(low=curve.share, high=curve.share) for curve in curves]
+def _exceedance(results: Results, metric: str) -> Figure:
+    """The share of the runs of each law above each value of a metric, with its limit if there is one."""
+    axis = _metric(results, metric, results)[0]
+    curves = {law: exceedance(_metric(runs, metric, results)[1]) for law, runs in results.by_variant.items()}
+    smallest = min((float(share[share > 0.0].min()) for _, share, *_ in curves.values() if np.any(share > 0.0)), default=0.1)
+    traces: list[Figure] = []
+    for law, (value, share, low, high) in curves.items():
+        band = (low, high) if results.campaign.independent else (share, share)  # confidence takes independent draws
+        # Zero has no place on a logarithmic scale, so it is drawn at a floor.
+        lower, upper, middle = (np.maximum(values, 0.3 * smallest) for values in (*band, share))
+        shade = colour(results, law)
+        traces.append(line(value, lower, "", shade, width=0, shape="hv"))
+        traces.append({**line(value, upper, "", shade, width=0, shape="hv"), "fill": "tonexty", "fillcolor": f"{shade}/0.18"})
+        hover = "%{y:.3~p} above %{x:.4~g}<extra>" + law + "</extra>"
+        traces.append({**line(value, middle, law, shade, shape="hv"), "hovertemplate": hover})
+    drawn = layout(axis, Axis("share of runs above", logarithmic=True), legend=len(curves) > 1)
+    drawn["yaxis"] |= {"range": [math.log10(0.5 * smallest), 0.05], "tickformat": "~g"}
     limit = {**results.campaign.limits, **results.campaign.limits_in_lengths}.get(metric)
-    drawn = None if limit is None else _unit(metric, results)[0] * limit
-    return Exceedance(_metric(results, metric, results)[0], drawn, tuple(curves))
+    return {"title": axis.name, "traces": traces, "layout": drawn | _limit(axis, limit, _unit(metric, results)[0])}
 
 
-def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Scatter]:
+def _limit(axis: Axis, limit: float | None, factor: float) -> Figure:
+    """What marks a limit in a diagram over an axis."""
+    if limit is None:
+        return {}
+    place = factor * limit
+    look = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "--limit", "width": 1.5, "dash": "dash"}}
+    name = {"yref": "paper", "y": 1, "yanchor": "bottom", "text": "limit", "showarrow": False}
+    note = {**name, "x": math.log10(place) if axis.logarithmic else place, "font": {"color": "--limit", "size": 11}}
+    return {"shapes": [{**look, "x0": place, "x1": place}], "annotations": [note]}
+
+
+def _bars(results: Results, law: str, entries: Sequence[Influence]) -> Figure:
+    """Sensitivity indices of the main metric of a law, the strongest last, which is drawn at the top."""
+    indices = np.array([max(entry.first_order, 0.0) for entry in entries])
+    correlations = ["–" if math.isnan(entry.correlation) else f"{entry.correlation:+.2f}" for entry in entries]
+    trace = {
+        "type": "bar",
+        "orientation": "h",
+        "x": numbers(100.0 * indices),
+        "y": [short(entry.parameter) for entry in entries],
+        "customdata": [list(each) for each in zip((entry.parameter for entry in entries), correlations, strict=True)],
+        "error_x": {"array": numbers(np.array([100.0 * entry.uncertainty for entry in entries])), "color": "--ink-soft"},
+        "marker": {"color": colour(results, law)},
+        "hovertemplate": "%{customdata[0]}: %{x:.2~f} %<br>rank correlation %{customdata[1]}<extra></extra>",
+    }
+    drawn = layout(Axis("explained variance of the ranks [%]"), Axis(""), 110 + 26 * len(entries))
+    drawn["yaxis"] |= {"automargin": True, "tickfont": {"size": 11}}
+    longest = max(0.1, *(entry.first_order + entry.uncertainty for entry in entries))
+    drawn["xaxis"] |= {"rangemode": "nonnegative", "range": [0, 100.0 * longest]}
+    return {"title": f"{law}: {label(results.main)}", "traces": [trace], "layout": drawn}
+
+
+def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Figure]:
     """The main metric over the strongest parameters that are numbers, coloured by the other one of the two."""
     runs = results.by_variant[law]
     names = [entry.parameter for entry in entries if _numeric(runs.drawn[entry.parameter])][:STRONGEST]
     metric = _metric(runs, results.main, results)
     return [
-        _scatter(runs, law, _drawn(runs, name), metric, _drawn(runs, other))
+        _runs_as_points(_chosen(runs, law, _drawn(runs, name), metric, _drawn(runs, other)), square=False)
         for name, other in zip(names, reversed(names), strict=True)
     ]
 
 
-def _map(results: Results, law: str, plane: tuple[str, str]) -> Scatter:
+def _map(results: Results, law: str, plane: tuple[str, str]) -> Figure:
     """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
     runs = results.by_variant[law]
     metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
-    return _scatter(runs, law, _drawn(runs, plane[0]), _drawn(runs, plane[1]), _metric(runs, metric, results))
+    x, y = (_drawn(runs, name) for name in plane)
+    return _runs_as_points(_chosen(runs, law, x, y, _metric(runs, metric, results)), square=True)
 
 
 def _plane(results: Results) -> tuple[str, str] | None:
@@ -162,19 +170,7 @@ def _plane(results: Results) -> tuple[str, str] | None:
     return None
 
 
-def _scatter(runs: Results, law: str, x: tuple[Axis, Any], y: tuple[Axis, Any], colour: tuple[Axis, Any]) -> Scatter:
-    """At most as many runs as can be distinguished: the failures first, then others in equal steps."""
-    order = np.argsort(~runs.failed, kind="stable")
-    failures = order[: min(int(runs.failed.sum()), POINTS // 2)]
-    others = order[int(runs.failed.sum()) :]
-    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), POINTS - len(failures))).astype(int))]
-    chosen = np.concatenate([failures, rest])
-    values = np.array([np.asarray(column, dtype=float)[chosen] for _, column in (x, y, colour)])
-    rows = runs.rows["run"].astype(np.int64)
-    return Scatter(law, x[0], y[0], colour[0], values, rows[chosen], runs.failed[chosen], runs.ended_early[chosen])
-
-
-def _drawn(runs: Results, name: str) -> tuple[Axis, Any]:
+def _drawn(runs: Results, name: str) -> Quantity:
     return Axis(short(name)), runs.drawn[name]
 
 
@@ -182,107 +178,78 @@ def _numeric(column: NDArray[Any]) -> bool:
     return column.dtype.kind in "fiu"
 
 
-COLUMNS = 2
-SIZE = 5.2, 3.8  # width and height of a diagram, in inches
-Drawn = TypeVar("Drawn")
+def _chosen(runs: Results, law: str, x: Quantity, y: Quantity, colour: Quantity) -> Scatter:
+    """At most as many runs as can be distinguished: the failures first, then others in equal steps."""
+    order = np.argsort(~runs.failed, kind="stable")
+    failures = order[: min(int(runs.failed.sum()), MAX_RUNS // 2)]
+    others = order[int(runs.failed.sum()) :]
+    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), MAX_RUNS - len(failures))).astype(int))]
+    chosen = np.concatenate([failures, rest])
+    values = np.array([np.asarray(column, dtype=float)[chosen] for _, column in (x, y, colour)])
+    rows = runs.rows["run"].astype(np.int64)
+    return Scatter(law, x[0], y[0], colour[0], values, rows[chosen], runs.failed[chosen], runs.ended_early[chosen])
 
 
-def draw(folder: Path, drawn: Diagrams) -> dict[str, Path]:
-    """Draw all diagrams.
+def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
+    """Runs as points whose colour is a quantity; crosses are failures, red ones ended early, grey ones have no such quantity."""
+    x, y, shade = drawn.values
+    finite = np.isfinite(y)
+    # A run without a value is at the top edge.
+    top = float(y[finite].max()) * (2.0 if drawn.y.logarithmic else 1.1) if finite.any() else 1.0
+    y = np.where(finite, y, top)
+    size = _size(len(x), square)
+    with np.errstate(divide="ignore"):
+        tint = np.log10(shade) if drawn.colour.logarithmic else shade
+    scale = {"colorscale": "Viridis", "reversescale": True, **_range(tint), "colorbar": _colour_bar(drawn.colour, tint)}
+    traces = []
+    for failed, ended, known in itertools.product((False, True), repeat=3):
+        mask = (drawn.failed == failed) & (drawn.ended == ended) & (np.isfinite(tint) == known)
+        if mask.any():
+            look = {"symbol": "x" if failed else "square" if square else "circle", "size": size + 2 * failed}
+            plain = {"color": "--limit" if ended else "--shared"}
+            paint = {"color": numbers(tint[mask]), **scale} if known and not ended else plain
+            edge = {"color": "--limit", "width": 1.2 * failed}
+            traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
+    # The name of a metric is the title.
+    found = layout(drawn.x, drawn.y if square else drawn.y._replace(name=""), height=460 if square else 330)
+    if square:
+        found["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+        found["xaxis"] |= {"constrain": "domain"}
+    return {"title": f"{drawn.law}: {(drawn.colour if square else drawn.y).name}", "traces": traces, "layout": found}
 
-    `drawn`: the diagrams; kinds that there are none of have no file. Raises OSError if a file cannot be written.
-    """
-    folder.mkdir(exist_ok=True)
-    laws = list(dict.fromkeys(curve.law for each in drawn.exceedances for curve in each.curves))
 
-    def bars(panel: "Axes", each: Bars) -> None:
-        _draw_bars(panel, each, SERIES[laws.index(each.law) % len(SERIES)])
-
-    found = {
-        "distributions": _picture(folder / "distributions.png", drawn.exceedances, _draw_exceedance),
-        "parameters": _picture(folder / "parameters.png", drawn.bars, bars),
-        "scatter": _picture(folder / "scatter.png", drawn.scatters, _draw_scatter),
-        "map": _picture(folder / "map.png", drawn.maps, _draw_map),
+def _points(drawn: Scatter, mask: NDArray[np.bool_], x: Array, y: Array, marker: Figure) -> Figure:
+    shown = [
+        "ended early" if ended else f"{value:.4g}" for value, ended in zip(drawn.values[2][mask], drawn.ended[mask], strict=True)
+    ]
+    # The number of the run first: a click shows the command for it.
+    data = [[int(run), value] for run, value in zip(drawn.runs[mask], shown, strict=True)]
+    hover = f"run %{{customdata[0]}}<br>{drawn.x.name}: %{{x:.4~g}}<br>{drawn.y.name}: %{{y:.4~g}}<br>{drawn.colour.name}: "
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": numbers(x[mask]),
+        "y": numbers(y[mask]),
+        "customdata": data,
+        "marker": marker,
+        "hovertemplate": hover + "%{customdata[1]}<extra></extra>",
     }
-    return {kind: path for kind, path in found.items() if path}
 
 
-def _picture(path: Path, drawn: Sequence[Drawn], panel: Callable[["Axes", Drawn], None]) -> Path | None:
-    """Draw diagrams of a kind side by side; None where there are none."""
-    if not drawn:
-        return None
-    columns = min(COLUMNS, len(drawn))
-    rows = -(-len(drawn) // columns)
-    with figure(path, SIZE[0] * columns, SIZE[1] * rows) as picture:
-        panels = picture.subplots(rows, columns, squeeze=False).ravel()
-        for axes, each in zip(panels, drawn, strict=False):
-            panel(axes, each)
-        for axes in panels[len(drawn) :]:
-            axes.remove()
-    return path
+def _range(tint: Array) -> Figure:
+    finite = tint[np.isfinite(tint)]
+    return {"cmin": float(finite.min()), "cmax": float(finite.max())} if len(finite) else {}
 
 
-def _draw_exceedance(panel: "Axes", drawn: Exceedance) -> None:
-    _scale(panel, drawn.axis, Axis("share of runs above", logarithmic=True))
-    for colour, curve in zip(SERIES * (1 + len(drawn.curves) // len(SERIES)), drawn.curves, strict=False):
-        panel.fill_between(curve.value, curve.low, curve.high, color=colour, alpha=0.18, lw=0, step="post")
-        panel.step(curve.value, curve.share, color=colour, lw=1.4, where="post", label=curve.law)
-    steps = [float(curve.share[curve.share > 0.0].min()) for curve in drawn.curves if np.any(curve.share > 0.0)]
-    panel.set_ylim(0.5 * min(steps, default=0.1), 1.1)
-    if drawn.limit is not None:
-        panel.axvline(drawn.limit, color=LIMIT, lw=1.0, ls="--", label="limit")
-    panel.legend(loc="lower left")
+def _colour_bar(axis: Axis, tint: Array) -> Figure:
+    bar: Figure = {"thickness": 12, "outlinewidth": 0, "title": {"text": axis.name, "side": "right", "font": {"size": 11}}}
+    finite = tint[np.isfinite(tint)]
+    if axis.logarithmic and len(finite):
+        places = np.arange(math.ceil(finite.min()), math.floor(finite.max()) + 1)
+        bar |= {"tickvals": places.tolist(), "ticktext": [f"{10.0**place:g}" for place in places]}
+    return bar
 
 
-def _draw_bars(panel: "Axes", drawn: Bars, colour: str) -> None:
-    names = [short(entry.parameter) for entry in drawn.entries]
-    lengths = [100.0 * max(entry.first_order, 0.0) for entry in drawn.entries]
-    spreads = [100.0 * entry.uncertainty for entry in drawn.entries]
-    panel.barh(names, lengths, xerr=spreads, color=colour, error_kw={"ecolor": NEUTRAL, "capsize": 2})
-    panel.set(xlabel="explained variance of the ranks [%]", title=f"{drawn.law}:\n{drawn.metric}")
-    panel.set_xlim(left=0.0)
-
-
-def _draw_scatter(panel: "Axes", drawn: Scatter) -> None:
-    """Runs as points; crosses are failures, at the top edge those that ended early."""
-    _scale(panel, drawn.x, drawn.y)
-    x, y, shade = drawn.values
-    there = np.isfinite(y)
-    _draw_points(panel, drawn, x, np.where(there, y, np.nan), shade, 12.0)
-    if not there.all():
-        panel.plot(x[~there], np.full(np.sum(~there), 0.97), "x", color=LIMIT, ms=5, transform=panel.get_xaxis_transform())
-    panel.set_title(drawn.law)
-
-
-def _draw_map(panel: "Axes", drawn: Scatter) -> None:
-    """Runs in the plane of two parameters; red crosses ended early."""
-    _scale(panel, drawn.x, drawn.y)
-    x, y, shade = drawn.values
-    _draw_points(panel, drawn, x, y, shade, max(9.0, min(120.0, 3.2e4 / len(x))), "s")
-    panel.plot(x[drawn.ended], y[drawn.ended], "x", color=LIMIT, ms=5)
-    unknown = ~np.isfinite(shade) & ~drawn.ended  # the error has not settled
-    panel.plot(x[unknown], y[unknown], "x", color=NEUTRAL, ms=5)
-    panel.set_aspect("equal", adjustable="datalim")
-    panel.set_title(drawn.law)
-
-
-def _draw_points(panel: "Axes", drawn: Scatter, x: Any, y: Any, shade: Any, size: float, marker: str = "o") -> None:
-    from matplotlib.colors import LogNorm, Normalize
-
-    finite = shade[np.isfinite(shade) & ((shade > 0.0) | (not drawn.colour.logarithmic))]
-    if not len(finite):
-        return
-    norm = (LogNorm if drawn.colour.logarithmic else Normalize)(finite.min(), finite.max())
-    for failed, symbol in ((False, marker), (True, "X")):
-        chosen = (drawn.failed == failed) & ~drawn.ended & np.isfinite(shade)
-        look: Any = {"c": shade[chosen], "s": size, "marker": symbol, "norm": norm, "cmap": "viridis_r"}
-        found = panel.scatter(x[chosen], y[chosen], **look, linewidths=0.8 * failed, edgecolors=LIMIT if failed else None)
-    panel.figure.colorbar(found, ax=panel, label=drawn.colour.name)
-
-
-def _scale(panel: "Axes", x: Axis, y: Axis) -> None:
-    panel.set(xlabel=x.name, ylabel=y.name)
-    if x.logarithmic:
-        panel.set_xscale("log")
-    if y.logarithmic:
-        panel.set_yscale("log")
+def _size(count: int, square: bool) -> float:
+    """Diameter of a point in pixels: smaller where there are many; in a map nearly as wide as a cell of a full grid."""
+    return max(4.0, min(16.0, 240.0 / math.sqrt(count))) if square else (6.0 if count < 1000 else 4.0)
