@@ -173,7 +173,7 @@ CONSTANT = 1e-6  # intervals whose spread is below this are constant, as in lock
 
 def jitter_intervals(record: Record) -> Array | None:
     """Intervals between control steps, (n,) s; None where they are constant or the law's terms were not recorded."""
-    _, found = control_intervals(record)
+    _, found = control_intervals(record.run, record.marks)
     return found if len(found) > 1 and np.ptp(found) > CONSTANT else None
 
 

@@ -204,11 +204,8 @@ def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float
 def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any], with_page: bool) -> None:
     """Evaluate a run that was computed in this process, and write page and figures if they are wanted."""
     from vessel_hsmc_ros import report
-    from vessel_hsmc_ros.report.record import measured, planned
 
-    metrics = measured(run, scenario)
-    record = report.with_verdict(report.Record(scenario.name, run, metrics, scenario=scenario, track=planned(scenario)))
-    _write_report(result, record, origin, with_page)
+    _write_report(result, report.analyse(scenario.name, run, scenario), origin, with_page)
 
 
 def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], with_page: bool) -> None:
