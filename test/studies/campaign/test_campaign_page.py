@@ -18,10 +18,9 @@ from vessel_hsmc_ros.report.diagrams import Figure
 from vessel_hsmc_ros.report.tables import text
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, write_file, write_table
-from vessel_hsmc_ros.studies.campaign.diagrams import diagrams
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.plan_file import read_source
-from vessel_hsmc_ros.studies.campaign.report import make_report
+from vessel_hsmc_ros.studies.campaign.report import diagrams, make_report
 from vessel_hsmc_ros.studies.campaign.results import Results, read
 from vessel_hsmc_ros.studies.campaign.statistics import Table, share_text
 

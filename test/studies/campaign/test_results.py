@@ -7,8 +7,7 @@ import pytest
 from campaigns import campaign
 
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.studies.campaign.diagrams import diagrams
-from vessel_hsmc_ros.studies.campaign.report import _subtitle
+from vessel_hsmc_ros.studies.campaign.report import _subtitle, diagrams
 from vessel_hsmc_ros.studies.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.studies.campaign.sampling import noise_seed
 from vessel_hsmc_ros.studies.campaign.statistics import Influence

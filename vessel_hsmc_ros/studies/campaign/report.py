@@ -1,16 +1,26 @@
 """The report of a campaign: a page without external resources and its figures, from the rows that there are so far."""
 
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.diagrams import Figure, draw
-from vessel_hsmc_ros.studies.campaign import findings, ship_findings
-from vessel_hsmc_ros.studies.campaign.diagrams import colour, diagrams
-from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences
-from vessel_hsmc_ros.studies.campaign.results import Results, read
-from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers
+from vessel_hsmc_ros.report.style import run_colour
+from vessel_hsmc_ros.report.tables import METRICS, label
+from vessel_hsmc_ros.studies.campaign import findings
+from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
+from vessel_hsmc_ros.studies.campaign.results import LEGS, Results, read
+from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence, exceedance
+from vessel_hsmc_ros.studies.compare.sweep_page import LOGARITHMIC_RATIO
 
 PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "scatter", "map": "map"}
 """The kinds of the pictures, by the sections of the page whose diagrams they show."""
@@ -54,7 +64,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[s
         sentences=findings.sentences(results, found),
         notes=_notes(results),
         colours={law: colour(results, law) for law in results.by_variant},
-        lost=ship_findings.lost(ship_findings.ships_of(results)) if campaign.has_ships else None,
+        lost=findings.lost(findings.ships_of(results)) if campaign.has_ships else None,
         failures=findings.failures(results),
         quantiles=findings.quantiles(results),
         comparisons=findings.comparisons(results),
@@ -89,3 +99,240 @@ def _notes(results: Results) -> list[str]:
     if not (results.campaign.limits or results.campaign.limits_in_lengths):
         found.append("The campaign has no limits, so only runs that ended early are failures.")
     return found
+
+
+MAX_RUNS = 3000  # largest number of runs of a law in a scatter diagram
+BARS = 10  # largest number of parameters with a bar
+STRONGEST = 2  # number of parameters over which the runs are drawn one by one
+
+
+AT_THE_END = 0.01  # share of the duration before the end of a run in which a settling time is that of the end
+SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
+
+Quantity = tuple[Axis, Any]  # what is drawn of runs: its axis and its values, (n,)
+
+
+class Scatter(NamedTuple):
+    """Runs of a law one by one."""
+
+    law: str
+    # x, y, colour: what is drawn across, up and as colour
+    x: Axis
+    y: Axis
+    colour: Axis
+    values: Array  # their values, (3, n)
+    runs: NDArray[np.int64]  # numbers of the runs, (n,)
+    # failed, ended: whether each failed, and whether it ended early and so has no metric, (n,)
+    failed: NDArray[np.bool_]
+    ended: NDArray[np.bool_]
+
+
+def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> dict[str, list[Figure]]:
+    """The diagrams of a campaign, by the sections of its page.
+
+    `found`: the influences on the main metric for each law, strongest first.
+    """
+    plane = _plane(results)
+    return {
+        "exceedance": [_exceedance(results, each) for each in results.shown if each != SETTLING or _settles(results)],
+        "bars": [_bars(results, law, entries[:BARS][::-1]) for law, entries in found.items() if entries],
+        "scatter": list(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
+        "map": [_map(results, law, plane) for law in results.by_variant] if plane else [],
+    }
+
+
+def colour(results: Results, law: str) -> str:
+    """The style sheet's colour of a law."""
+    return run_colour(list(results.by_variant).index(law))
+
+
+def _settles(results: Results) -> bool:
+    """Whether settling times mean anything: not in surveys and on paths, nor where every error settles at the end of its run."""
+    if SETTLING in {**results.campaign.limits, **results.campaign.limits_in_lengths}:
+        return True
+    end = (1.0 - AT_THE_END) * results.campaign.base.vessel_sim.duration
+    times = results.cost(SETTLING)
+    return LEGS not in results.metrics and not bool(np.all(times[np.isfinite(times)] >= end))
+
+
+def _metric(runs: Results, metric: str, every: Results) -> Quantity:
+    """A metric of some runs with its axis, whose unit and scale suit the values of all runs."""
+    factor, unit = _unit(metric, every)
+    values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    wide = bool(len(positive)) and bool(positive.max() / positive.min() > LOGARITHMIC_RATIO)
+    return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), factor * runs.cost(metric)
+
+
+def _unit(metric: str, every: Results) -> tuple[float, str]:
+    """The factor that converts a metric to the drawn unit, and this unit."""
+    if metric in every.campaign.limits_in_lengths:
+        return 1.0, "lengths"
+    values, unit = every.cost(metric), METRICS[metric][1]
+    largest = float(np.max(values, where=np.isfinite(values), initial=0.0))
+    return (100.0, unit) if unit == "%" else scaled(largest, unit)
+
+
+def _exceedance(results: Results, metric: str) -> Figure:
+    """The share of the runs of each law above each value of a metric, with its limit if there is one."""
+    axis = _metric(results, metric, results)[0]
+    curves = {law: exceedance(_metric(runs, metric, results)[1]) for law, runs in results.by_variant.items()}
+    smallest = min((float(share[share > 0.0].min()) for _, share, *_ in curves.values() if np.any(share > 0.0)), default=0.1)
+    traces: list[Figure] = []
+    for law, (value, share, low, high) in curves.items():
+        band = (low, high) if results.campaign.independent else (share, share)  # confidence takes independent draws
+        # Zero has no place on a logarithmic scale, so it is drawn at a floor.
+        lower, upper, middle = (np.maximum(values, 0.3 * smallest) for values in (*band, share))
+        shade = colour(results, law)
+        traces.append(line(value, lower, "", shade, width=0, shape="hv"))
+        traces.append({**line(value, upper, "", shade, width=0, shape="hv"), "fill": "tonexty", "fillcolor": f"{shade}/0.18"})
+        hover = "%{y:.3~p} above %{x:.4~g}<extra>" + law + "</extra>"
+        traces.append({**line(value, middle, law, shade, shape="hv"), "hovertemplate": hover})
+    drawn = layout(axis, Axis("share of runs above", logarithmic=True), legend=len(curves) > 1)
+    drawn["yaxis"] |= {"range": [math.log10(0.5 * smallest), 0.05], "tickformat": "~g"}
+    limit = {**results.campaign.limits, **results.campaign.limits_in_lengths}.get(metric)
+    return {"title": axis.name, "traces": traces, "layout": drawn | _limit(axis, limit, _unit(metric, results)[0])}
+
+
+def _limit(axis: Axis, limit: float | None, factor: float) -> Figure:
+    """What marks a limit in a diagram over an axis."""
+    if limit is None:
+        return {}
+    place = factor * limit
+    look = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "--limit", "width": 1.5, "dash": "dash"}}
+    name = {"yref": "paper", "y": 1, "yanchor": "bottom", "text": "limit", "showarrow": False}
+    note = {**name, "x": math.log10(place) if axis.logarithmic else place, "font": {"color": "--limit", "size": 11}}
+    return {"shapes": [{**look, "x0": place, "x1": place}], "annotations": [note]}
+
+
+def _bars(results: Results, law: str, entries: Sequence[Influence]) -> Figure:
+    """Sensitivity indices of the main metric of a law, the strongest last, which is drawn at the top."""
+    indices = np.array([max(entry.first_order, 0.0) for entry in entries])
+    correlations = ["–" if math.isnan(entry.correlation) else f"{entry.correlation:+.2f}" for entry in entries]
+    trace = {
+        "type": "bar",
+        "orientation": "h",
+        "x": numbers(100.0 * indices),
+        "y": [short(entry.parameter) for entry in entries],
+        "customdata": [list(each) for each in zip((entry.parameter for entry in entries), correlations, strict=True)],
+        "error_x": {"array": numbers(np.array([100.0 * entry.uncertainty for entry in entries])), "color": "--ink-soft"},
+        "marker": {"color": colour(results, law)},
+        "hovertemplate": "%{customdata[0]}: %{x:.2~f} %<br>rank correlation %{customdata[1]}<extra></extra>",
+    }
+    drawn = layout(Axis("explained variance of the ranks [%]"), Axis(""), 110 + 26 * len(entries))
+    drawn["yaxis"] |= {"automargin": True, "tickfont": {"size": 11}}
+    longest = max(0.1, *(entry.first_order + entry.uncertainty for entry in entries))
+    drawn["xaxis"] |= {"rangemode": "nonnegative", "range": [0, 100.0 * longest]}
+    return {"title": f"{law}: {label(results.main)}", "traces": [trace], "layout": drawn}
+
+
+def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Figure]:
+    """The main metric over the strongest parameters that are numbers, coloured by the other one of the two."""
+    runs = results.by_variant[law]
+    names = [entry.parameter for entry in entries if _numeric(runs.drawn[entry.parameter])][:STRONGEST]
+    metric = _metric(runs, results.main, results)
+    return [
+        _runs_as_points(_chosen(runs, law, _drawn(runs, name), metric, _drawn(runs, other)), square=False)
+        for name, other in zip(names, reversed(names), strict=True)
+    ]
+
+
+def _map(results: Results, law: str, plane: tuple[str, str]) -> Figure:
+    """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
+    runs = results.by_variant[law]
+    metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
+    x, y = (_drawn(runs, name) for name in plane)
+    return _runs_as_points(_chosen(runs, law, x, y, _metric(runs, metric, results)), square=True)
+
+
+def _plane(results: Results) -> tuple[str, str] | None:
+    """The two parameters that span a map: those on grids if there are two, else the position of the start."""
+    for names in (tuple(results.campaign.grids), START):
+        if len(names) == 2 and all(name in results.drawn and _numeric(results.drawn[name]) for name in names):
+            return names[0], names[1]
+    return None
+
+
+def _drawn(runs: Results, name: str) -> Quantity:
+    return Axis(short(name)), runs.drawn[name]
+
+
+def _numeric(column: NDArray[Any]) -> bool:
+    return column.dtype.kind in "fiu"
+
+
+def _chosen(runs: Results, law: str, x: Quantity, y: Quantity, colour: Quantity) -> Scatter:
+    """At most as many runs as can be distinguished: the failures first, then others in equal steps."""
+    order = np.argsort(~runs.failed, kind="stable")
+    failures = order[: min(int(runs.failed.sum()), MAX_RUNS // 2)]
+    others = order[int(runs.failed.sum()) :]
+    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), MAX_RUNS - len(failures))).astype(int))]
+    chosen = np.concatenate([failures, rest])
+    values = np.array([np.asarray(column, dtype=float)[chosen] for _, column in (x, y, colour)])
+    rows = runs.rows["run"].astype(np.int64)
+    return Scatter(law, x[0], y[0], colour[0], values, rows[chosen], runs.failed[chosen], runs.ended_early[chosen])
+
+
+def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
+    """Runs as points whose colour is a quantity; crosses are failures, red ones ended early, grey ones have no such quantity."""
+    x, y, shade = drawn.values
+    finite = np.isfinite(y)
+    # A run without a value is at the top edge.
+    top = float(y[finite].max()) * (2.0 if drawn.y.logarithmic else 1.1) if finite.any() else 1.0
+    y = np.where(finite, y, top)
+    size = _size(len(x), square)
+    with np.errstate(divide="ignore"):
+        tint = np.log10(shade) if drawn.colour.logarithmic else shade
+    scale = {"colorscale": "Viridis", "reversescale": True, **_range(tint), "colorbar": _colour_bar(drawn.colour, tint)}
+    traces = []
+    for failed, ended, known in itertools.product((False, True), repeat=3):
+        mask = (drawn.failed == failed) & (drawn.ended == ended) & (np.isfinite(tint) == known)
+        if mask.any():
+            look = {"symbol": "x" if failed else "square" if square else "circle", "size": size + 2 * failed}
+            plain = {"color": "--limit" if ended else "--shared"}
+            paint = {"color": numbers(tint[mask]), **scale} if known and not ended else plain
+            edge = {"color": "--limit", "width": 1.2 * failed}
+            traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
+    # The name of a metric is the title.
+    found = layout(drawn.x, drawn.y if square else drawn.y._replace(name=""), height=460 if square else 330)
+    if square:
+        found["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+        found["xaxis"] |= {"constrain": "domain"}
+    return {"title": f"{drawn.law}: {(drawn.colour if square else drawn.y).name}", "traces": traces, "layout": found}
+
+
+def _points(drawn: Scatter, mask: NDArray[np.bool_], x: Array, y: Array, marker: Figure) -> Figure:
+    shown = [
+        "ended early" if ended else f"{value:.4g}" for value, ended in zip(drawn.values[2][mask], drawn.ended[mask], strict=True)
+    ]
+    # The number of the run first: a click shows the command for it.
+    data = [[int(run), value] for run, value in zip(drawn.runs[mask], shown, strict=True)]
+    hover = f"run %{{customdata[0]}}<br>{drawn.x.name}: %{{x:.4~g}}<br>{drawn.y.name}: %{{y:.4~g}}<br>{drawn.colour.name}: "
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": numbers(x[mask]),
+        "y": numbers(y[mask]),
+        "customdata": data,
+        "marker": marker,
+        "hovertemplate": hover + "%{customdata[1]}<extra></extra>",
+    }
+
+
+def _range(tint: Array) -> Figure:
+    finite = tint[np.isfinite(tint)]
+    return {"cmin": float(finite.min()), "cmax": float(finite.max())} if len(finite) else {}
+
+
+def _colour_bar(axis: Axis, tint: Array) -> Figure:
+    bar: Figure = {"thickness": 12, "outlinewidth": 0, "title": {"text": axis.name, "side": "right", "font": {"size": 11}}}
+    finite = tint[np.isfinite(tint)]
+    if axis.logarithmic and len(finite):
+        places = np.arange(math.ceil(finite.min()), math.floor(finite.max()) + 1)
+        bar |= {"tickvals": places.tolist(), "ticktext": [f"{10.0**place:g}" for place in places]}
+    return bar
+
+
+def _size(count: int, square: bool) -> float:
+    """Diameter of a point in pixels: smaller where there are many; in a map nearly as wide as a cell of a full grid."""
+    return max(4.0, min(16.0, 240.0 / math.sqrt(count))) if square else (6.0 if count < 1000 else 4.0)
