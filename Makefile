@@ -59,7 +59,7 @@ reproduce: setup  ## run every case of the paper, draw its figures, evaluate its
 verdict: setup  ## as reproduce, and update docs: claims.md, results.json and the figures of verdict.md and printed_law.md
 	@$(BIN)/vessel-hsmc reproduce --output build/reproduce
 	@cp build/reproduce/claims.md build/reproduce/results.json docs/
-	@$(BIN)/python -m vessel_hsmc_ros.studies.paper.verdict_page docs
+	@$(BIN)/python tools/docs/verdict_page.py docs
 	@cp $$(sed -n 's|.*(images/\(.*png\)).*|build/reproduce/figures/\1|p' docs/verdict.md docs/printed_law.md) docs/images/
 
 # Three processes share the tests file by file, because fixtures live as long as their file: on two cores one works while others

@@ -24,7 +24,7 @@ from vessel_hsmc_ros.nodes.runs.fleet_supervision import spread, supervise_fleet
 from vessel_hsmc_ros.scenario.fleet import dump_fleet, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
-from vessel_hsmc_ros.studies.runs.fleet import reserve_namespaces
+from vessel_hsmc_ros.studies.runs.scenario_run import reserve_namespaces
 
 RATE = 50.0
 SHORT = 10

@@ -14,7 +14,7 @@ from matplotlib.image import imread
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.report.style import series_colour
+from vessel_hsmc_ros.report.style import page_colour, run_colour
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.compare.comparison_page import COLOURS
@@ -75,7 +75,7 @@ def test_the_sentences_follow_the_table(demonstration: Demonstration) -> None:
 
 def test_a_law_has_one_colour_in_the_demonstration_and_in_comparisons() -> None:
     """Also in the picture of README, which its command draws."""
-    assert {law: series_colour(run) for run, law in enumerate(LAWS)} == {law: COLOURS[law] for law in LAWS}
+    assert {law: page_colour(run_colour(run)) for run, law in enumerate(LAWS)} == {law: COLOURS[law] for law in LAWS}
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     (laws,) = re.findall(r"`vessel-hsmc compare case2_tracking --laws ([\w,]+)` draws this picture", readme)
     picture = imread(Path(__file__).parents[2] / "docs" / "images" / "compare_case2.png")[..., :3]

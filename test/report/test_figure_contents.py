@@ -51,7 +51,7 @@ def colours(axis: Axes) -> list[str]:
 def test_the_track_goes_from_a_dot_to_a_square_with_the_heading_as_arrows() -> None:
     run = moving("one").run
     (axis,) = figures.track([moving("one")]).axes
-    assert colours(axis) == [*[style.ROLE_COLOURS["desired"]] * 3, *[style.ROLE_COLOURS["main"]] * 3]
+    assert colours(axis) == [*[style.REFERENCE] * 3, *[style.SHIP] * 3]
     for first, poses in ((0, run.reference), (3, run.state)):
         np.testing.assert_array_equal(data_of(axis, first), poses[:, :2].T)
         for index, marker, pose in ((first + 1, "o", poses[0]), (first + 2, "s", poses[-1])):
@@ -112,7 +112,7 @@ def test_a_line_has_the_colour_of_its_role_in_one_run_and_of_its_run_in_several(
     assert [line.get_linestyle() for line in alone.lines] == ["-", "--", ":", "-.", "-"]
     (several,) = drawn(panel_of(*lines), alone=False)
     assert colours(several) == [*style.SERIES[:5]]
-    assert [style.series_colour(run) for run in (None, 0, 7)] == [style.NEUTRAL, style.SERIES[0], style.SERIES[1]]
+    assert [style.page_colour(style.run_colour(run)) for run in (None, 0, 7)] == [style.NEUTRAL, style.SERIES[0], style.SERIES[1]]
 
 
 def test_events_are_marked_in_every_panel_of_a_single_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

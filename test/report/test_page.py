@@ -180,5 +180,5 @@ def test_page_and_figures_use_one_palette() -> None:
     variables = style.css_variables()
     for i, colour in enumerate(style.SERIES):
         assert f"--run-{i}: {colour};" in variables
-    assert f"--ship: {style.ROLE_COLOURS['main']};" in variables
-    assert f"--reference: {style.ROLE_COLOURS['desired']};" in variables
+    assert f"--ship: {style.SHIP};" in variables
+    assert f"--reference: {style.REFERENCE};" in variables

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from records import circle, make_run, record
 
-from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.overlay import tracks
 from vessel_hsmc_ros.report.record import Mark, control_intervals, measured, running_time
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -46,10 +45,10 @@ def test_the_running_time_is_that_outside_of_the_pauses_at_every_time(parts: lis
 def test_intervals_of_the_control_that_a_pause_interrupts_are_left_out() -> None:
     run = circle(1.0)
     times = np.array([0.0, 0.1, 0.2, 1.2, 1.3, 1.4, 3.4, 3.5])
-    paused = Record("run", replace(run, control={"time": times, "compute_time": 0.0 * times}))
+    paused = replace(run, control={"time": times, "compute_time": 0.0 * times})
     marks = (Mark(0.25, "pause", ""), Mark(1.15, "resume", ""), Mark(1.45, "pause", ""), Mark(3.35, "resume", ""))
-    assert control_intervals(replace(paused, marks=marks))[1] == pytest.approx(0.1)
-    assert len(control_intervals(paused)[1]) == 7
+    assert control_intervals(paused, marks)[1] == pytest.approx(0.1)
+    assert len(control_intervals(paused, ())[1]) == 7
 
 
 def test_commands_after_the_evaluated_interval_do_not_count() -> None:

@@ -10,10 +10,7 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.case_run import duration_of
 from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, REPAIRED, of_law
-from vessel_hsmc_ros.studies.paper.checks import Results
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.paper.claims_page import claim_row, claims_that_hold, finding_row
-from vessel_hsmc_ros.studies.paper.errata import FINDINGS
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, Results, claim_row, claims_that_hold, finding_row
 
 
 @click.command()

@@ -31,7 +31,7 @@ from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, SPACING, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes
 from vessel_hsmc_ros.studies.runs import scenario_run
-from vessel_hsmc_ros.studies.runs.fleet import reserve_namespaces, run_fleet
+from vessel_hsmc_ros.studies.runs.scenario_run import reserve_namespaces, run_fleet
 
 if TYPE_CHECKING:
     from collections.abc import Callable

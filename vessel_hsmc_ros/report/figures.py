@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, fences, overlays, plans, tracks
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, OTHER, THIRD, Line, buckets, thin, thin_time
+from vessel_hsmc_ros.report.panels import DESIRED, JITTER, MAIN, MEASURED, OTHER, THIRD, Line, buckets, thin, thin_time
 from vessel_hsmc_ros.report.record import Limit, Mark, Record, control_intervals
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, ROLE_COLOURS, SHIP, series_colour
+from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, SHIP, line_colour, page_colour
 
 mpl.use("Agg")  # files only: no display is needed
 
@@ -77,7 +77,7 @@ def track(records: Sequence[Record]) -> Figure:
         axis.plot(x, y, color=NEUTRAL, lw=1.2, ls="--", label=None if number else "fence")
     for each in tracks(records)[::-1]:  # ships come first in the list and are drawn last, on top of the references
         role = DESIRED if each.role == REFERENCE else MAIN
-        colour = _colour(each.run, role, len(records) == 1)
+        colour = page_colour(line_colour(each.run, role, len(records) == 1))
         poses = each.poses[:: max(1, len(each.poses) // VALUES)]
         axis.plot(poses[:, 0], poses[:, 1], color=colour, lw=1.3, ls=STYLES[role], label=each.label)
         axis.plot(*each.poses[0, :2], "o", color=colour, ms=5)
@@ -121,7 +121,11 @@ def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
     low, high, peak = _range(values)
     factor, unit = scaled(max(abs(low), abs(high)), panel.unit)
     for owned, (time, found) in zip(overlay.lines, drawn, strict=True):
-        look: Any = {"color": _colour(owned.run, owned.line.role, alone), "ls": STYLES[owned.line.role], "lw": 1.1}
+        look: Any = {
+            "color": page_colour(line_colour(owned.run, owned.line.role, alone)),
+            "ls": STYLES[owned.line.role],
+            "lw": 1.1,
+        }
         axis.plot(time, factor * found, label=owned.label, drawstyle="steps-post" if panel.step else "default", **look)
     title = textwrap.fill(panel.title, LABEL_WIDTH)
     axis.set(ylabel=f"{title}\n[{unit}]" if unit else title)
@@ -138,11 +142,6 @@ def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
 def _thinned(line: Line) -> tuple[Array, Array]:
     chosen = buckets(len(line.time), VALUES)
     return thin_time(line.time, chosen), thin(np.asarray(line.values, dtype=float), chosen)
-
-
-def _colour(run: int | None, role: str, alone: bool) -> str:
-    """Colour of a line: by role in the figures of one run, by run in those of several."""
-    return ROLE_COLOURS[role] if alone else series_colour(run)
 
 
 def _limits(axis: Axes, limits: Sequence[Limit], largest: float, factor: float) -> None:
@@ -168,13 +167,10 @@ def _range(values: Array) -> tuple[float, float, float | None]:
     return float(values.min()), float(values.max()), None
 
 
-CONSTANT = 1e-6  # intervals whose spread is below this are constant, as in lockstep, s
-
-
 def jitter_intervals(record: Record) -> Array | None:
     """Intervals between control steps, (n,) s; None where they are constant or the law's terms were not recorded."""
-    _, found = control_intervals(record)
-    return found if len(found) > 1 and np.ptp(found) > CONSTANT else None
+    _, found = control_intervals(record.run, record.marks)
+    return found if len(found) > 1 and np.ptp(found) > JITTER else None
 
 
 def jitter_histogram(records: Sequence[Record]) -> Any:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.core.exceptions import BagWarning, ParameterError, ScenarioError
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.run_data import Run, held
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, stretches_of
 from vessel_hsmc_ros.messages.goals import path_event
 from vessel_hsmc_ros.preflight.from_bag import faults_in
-from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, has_legs, held, measured, planned
-from vessel_hsmc_ros.report.verdict import with_verdict
+from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, has_legs, planned
+from vessel_hsmc_ros.report.verdict import analyse
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -59,10 +59,9 @@ def of_vessel(bag: Bag, prefix: str, origin: Mapping[str, Any] | None = None) ->
     name = scenario.name if scenario else (folder.parent if folder.name == "bag" else folder).name
     marks = _marks(events)
     track = _track(bag, prefix, scenario, marks, start)
-    metrics = measured(run, scenario, marks, track=track)
     known = {**(origin or {}), **({} if scenario else _faults(bag))}  # a simulated run has none but scripted ones
-    record = Record(name, run, metrics, {}, scenario, _origin(bag, known), marks, track=track)
-    return with_verdict(replace(record, facts=_facts(bag, prefix, record)))
+    facts = _facts(bag, prefix, scenario, control_intervals(run, marks)[1])
+    return analyse(name, run, scenario, marks, track=track, facts=facts, provenance=_origin(bag, known))
 
 
 def of_fleet(bag: Bag, origin: Mapping[str, Any] | None = None) -> list[Record]:
@@ -153,7 +152,7 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
     return track and track._replace(stretches=stretches_of(track.stretches, delay))
 
 
-def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:
+def _facts(bag: Bag, prefix: str, scenario: Scenario | None, intervals: Array) -> dict[str, Any]:
     """Values of the nodes' final diagnostics, and the largest deviation of the control interval from its nominal value."""
     status = bag.diagnostics(prefix)
     facts: dict[str, Any] = {"messages_recorded": bag.count}
@@ -162,8 +161,7 @@ def _facts(bag: Bag, prefix: str, record: Record) -> dict[str, Any]:
         facts["messages_dropped"] = int(bag.recording.get("messages_dropped", 0))
     for node, names in DIAGNOSTICS.items():
         facts |= {ours: kind(status[node][theirs]) for theirs, ours, kind in names if theirs in status.get(node, {})}
-    _, intervals = control_intervals(record)
-    if record.scenario and not record.scenario.controller.lockstep and len(intervals):
-        deviation = np.abs(intervals - 1.0 / record.scenario.controller.rate_hz)
+    if scenario and not scenario.controller.lockstep and len(intervals):
+        deviation = np.abs(intervals - 1.0 / scenario.controller.rate_hz)
         facts["control_interval_deviation_max"] = float(np.max(deviation))
     return facts

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.safety.stopping import Water, stop
 from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.kinematics import as_motion
+from vessel_hsmc_ros.core.run_data import recorded
 from vessel_hsmc_ros.guidance.planned_track import outline
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN, MEASURED, Line, Panel, panels
-from vessel_hsmc_ros.report.record import Record, recorded
+from vessel_hsmc_ros.report.record import Record
 from vessel_hsmc_ros.scenario.control import braking_of
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Stops, Trac
 from vessel_hsmc_ros.report.page_kit import Payload
 from vessel_hsmc_ros.report.panels import DESIRED, MAIN
 from vessel_hsmc_ros.report.record import Record, leg_rows
-from vessel_hsmc_ros.report.style import SERIES
+from vessel_hsmc_ros.report.style import SERIES, line_colour, run_colour
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
 
 SCRIPTS = (
@@ -36,8 +36,6 @@ LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
 
 NARROW_RUNS = 3
 """Largest number of runs whose metrics are shown beside the map; the table of more runs has the width of the page."""
-
-_ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
 
 
 def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None = None, notes: Sequence[str] = ()) -> None:
@@ -122,7 +120,7 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
     """A panel as chart.js expects it, every line with its label and colour."""
     panel = overlay.panel
     lines = [
-        {**payload.line(owned.line), "label": owned.label, "colour": _colour(owned.run, owned.line.role, alone)}
+        {**payload.line(owned.line), "label": owned.label, "colour": line_colour(owned.run, owned.line.role, alone)}
         for owned in overlay.lines
     ]
     return {
@@ -137,7 +135,7 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
 
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
     """A ship or a reference as map.js expects it."""
-    colour = _colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
+    colour = line_colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
     return {
         **payload.poses(track.time, track.poses),
         "role": track.role,
@@ -145,13 +143,6 @@ def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
         "label": track.label,
         "colour": colour,
     }
-
-
-def _colour(run: int | None, role: str, alone: bool) -> str:
-    """CSS variable of a line's colour: by role in the page of one run, by run in the page of several."""
-    if alone:
-        return _ROLE_COLOURS[role]
-    return "--shared" if run is None else f"--run-{run % len(SERIES)}"
 
 
 def _plan(payload: Payload, plan: Plan) -> dict[str, Any]:
@@ -193,7 +184,7 @@ def _marks(records: Sequence[Record]) -> list[dict[str, Any]]:
     found = []
     for run, record in enumerate(records):
         alone = len(records) == 1
-        colour = "--ink-soft" if alone else f"--run-{run % len(SERIES)}"
+        colour = "--ink-soft" if alone else run_colour(run)
         for mark in record.marks:
             what = f"{mark.kind}: {mark.text}" if mark.text else mark.kind
             label = what if alone else f"{record.name}, {what}"
@@ -204,7 +195,7 @@ def _marks(records: Sequence[Record]) -> list[dict[str, Any]]:
 def _verdicts(records: Sequence[Record]) -> list[dict[str, str]]:
     """The verdicts of the runs that have one, with the runs' names and colours."""
     return [
-        {"name": record.name, "text": record.verdict, "colour": f"--run-{run % len(SERIES)}"}
+        {"name": record.name, "text": record.verdict, "colour": run_colour(run)}
         for run, record in enumerate(records)
         if record.verdict
     ]

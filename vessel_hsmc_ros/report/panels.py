@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
-from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.report.record import Limit, Record, commanded, control_intervals, held, recorded
+from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
+from vessel_hsmc_ros.report.record import Limit, Record, control_intervals
 
 Array = NDArray[np.float64]
 
@@ -296,6 +296,6 @@ def _disturbance(run: Run) -> Iterator[Panel]:
 
 def _timing(record: Record) -> Iterator[Panel]:
     yield Panel("Timing", "computation time of the law", "s", _control(record.run, (("compute_time", "law"),)))
-    times, intervals = control_intervals(record)
+    times, intervals = control_intervals(record.run, record.marks)
     if len(intervals) and np.ptp(intervals) > JITTER:
         yield Panel("Timing", "control interval", "s", (Line("interval", times, intervals),))

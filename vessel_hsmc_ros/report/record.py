@@ -5,16 +5,14 @@ A report reads everything from a `Run`, simulated or recorded. NaN marks quantit
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
-from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.core.run_data import commanded as commanded
-from vessel_hsmc_ros.core.run_data import held as held
-from vessel_hsmc_ros.core.run_data import recorded as recorded
+from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.core.track_errors import Passed, TrackErrors, missed, per_leg
 from vessel_hsmc_ros.guidance.factory import PLANNED, track_of
@@ -105,12 +103,12 @@ class Record:
     verdict: str = ""  # one to three plain sentences on the result
     track: PlannedTrack | None = None  # the legs and turns that were planned; None where there are none
 
-    @property
+    @cached_property
     def track_errors(self) -> TrackErrors | None:
         """Errors against the planned legs and turns; None without any."""
         return errors_of(self.run, self.track, running_time(self.run.time, self.marks))
 
-    @property
+    @cached_property
     def passed(self) -> Passed:
         """How much of each leg was passed near enough; none without a plan."""
         if self.track is None:
@@ -118,7 +116,7 @@ class Record:
         running = clock(self.track, running_time(self.run.time, self.marks), self.run.reference)
         return passed(self.track, float(running[-1]), self.run.state[:, :2])
 
-    @property
+    @cached_property
     def limits(self) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
         """Named limits of surge force [N] and yaw moment [N·m]; those of the actuators and of the law, if they are known."""
         return limits(self.scenario)
@@ -146,6 +144,12 @@ def _limits(scenario: Scenario | None, name: str) -> tuple[Limit, ...]:
     return tuple(Limit(value, of) for value, of in ((actuator, "actuator"), (law, "law")) if np.isfinite(value))
 
 
+def bounds(scenario: Scenario | None) -> tuple[float, float]:
+    """The smallest limit of the surge force [N] and of the yaw moment [N·m]; infinite where there is none."""
+    surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
+    return surge, yaw
+
+
 def hull_length(scenario: Scenario | None) -> float:
     """Length of the hull, m; 0 where it is not known."""
     return 0.0 if scenario is None else scenario.vessel_sim.vessel.length
@@ -171,14 +175,13 @@ def measured(
     part, running = run.time <= until, running_time(run.time, marks)
     track = track or planned(scenario)
     legs = errors_of(run, track, running)
-    surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
     found = evaluate(
         running[part],
         run.state[part],
         run.reference[part],
         wrench[part],
         commanded=None if command is None else command[1][command[0] <= until],
-        limits=(surge, yaw),
+        limits=bounds(scenario),
         hull_length=hull_length(scenario),
         track=None if legs is None else legs.where(part),
     )
@@ -196,13 +199,13 @@ def running_time(time: Array, marks: Sequence[Mark]) -> Array:
     return running
 
 
-def control_intervals(record: Record) -> tuple[Array, Array]:
+def control_intervals(run: Run, marks: Sequence[Mark]) -> tuple[Array, Array]:
     """Ends (n,) and lengths (n,) of the intervals between control steps, s; without those that a pause interrupts."""
-    times = record.run.control.get("time", np.empty(0))
-    if "compute_time" not in record.run.control or len(times) < 2:  # commands alone do not give the times of the law
+    times = run.control.get("time", np.empty(0))
+    if "compute_time" not in run.control or len(times) < 2:  # commands alone do not give the times of the law
         return np.empty(0), np.empty(0)
     running = np.ones(len(times) - 1, bool)
-    for begin, end in _pauses(record.marks):
+    for begin, end in _pauses(marks):
         running &= (times[1:] < begin) | (times[:-1] > end)
     return times[1:][running], np.diff(times)[running]
 

@@ -25,8 +25,8 @@ PLANNED = "#c4d3de"
 DARK_SERIES = ("#56b4e9", "#f08c3a", "#3ccf9a", "#e58fc3", "#e0c14a", "#9d9dfb")
 """The same hues on a dark page."""
 
-ROLE_COLOURS = {"main": SHIP, "desired": REFERENCE, "other": OTHER, "third": THIRD, "measured": NEUTRAL}
-"""Colour of a line by its role in a panel, in the figures of a single run."""
+ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
+"""Colour of a line of a single run by its role in a panel."""
 
 PLOT: Any = {
     "axes.grid": True,
@@ -84,9 +84,14 @@ def figure(path: Path | BytesIO, width: float, height: float) -> Iterator["Figur
         picture.savefig(path)
 
 
-def series_colour(run: int | None) -> str:
-    """The colour of a run among several, by its index; the neutral colour of shared lines for None."""
-    return NEUTRAL if run is None else SERIES[run % len(SERIES)]
+def run_colour(run: int | None) -> str:
+    """The style sheet's colour of a run among several, by its index; the neutral colour of shared lines for None."""
+    return "--shared" if run is None else f"--run-{run % len(SERIES)}"
+
+
+def line_colour(run: int | None, role: str, alone: bool) -> str:
+    """The style sheet's colour of a line: by its role where there is a single run, by its run where there are several."""
+    return ROLE_COLOURS[role] if alone else run_colour(run)
 
 
 def css_variables() -> str:
@@ -101,7 +106,16 @@ def css_variables() -> str:
 
 
 def _variables(scheme: str, series: tuple[str, ...], page: dict[str, str]) -> str:
-    roles = dict(zip(("ship", "reference", "other", "third"), series, strict=False))
-    runs = {f"run-{i}": colour for i, colour in enumerate(series)}
-    properties = " ".join(f"--{name}: {colour};" for name, colour in {**page, **roles, **runs}.items())
+    properties = " ".join(f"--{name}: {colour};" for name, colour in _colours(series, page).items())
     return f"color-scheme: {scheme}; {properties}"
+
+
+def _colours(series: tuple[str, ...], page: dict[str, str]) -> dict[str, str]:
+    roles = dict(zip(("ship", "reference", "other", "third"), series, strict=False))
+    return {**page, **roles, **{f"run-{i}": colour for i, colour in enumerate(series)}}
+
+
+def page_colour(name: str) -> str:
+    """A colour of the style sheet on a light page, such as --limit, or --run-0/0.2 with an opacity, for matplotlib."""
+    variable, _, opacity = name.removeprefix("--").partition("/")
+    return _colours(SERIES, _LIGHT_PAGE)[variable] + (f"{round(255.0 * float(opacity)):02x}" if opacity else "")

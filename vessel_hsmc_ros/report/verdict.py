@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +18,12 @@ from vessel_hsmc_ros.core.metrics import (
     settling_time,
 )
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.run_data import Run, commanded, recorded
 from vessel_hsmc_ros.core.track_errors import per_leg
 from vessel_hsmc_ros.guidance.planned_track import leg_count
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
-from vessel_hsmc_ros.report.record import Record, commanded, hull_length, leg_rows, recorded, running_time
+from vessel_hsmc_ros.report.record import Mark, Record, hull_length, leg_rows, measured, planned, running_time
+from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -39,6 +41,14 @@ MIN_DISTANCE, NOTABLE_LENGTHS = 1e-6, 1e-3
 
 CHATTER_PER_SECOND, CHATTER_SHARE = 2.0, 0.05
 """A force chatters if it reverses more often than this and if it changes by this share of its range between two reversals."""
+
+
+def analyse(name: str, run: Run, scenario: Scenario | None, marks: tuple[Mark, ...] = (), **known: Any) -> Record:
+    """The record of a run with its metrics and its verdict; `known`: further fields, with the track if messages planned it."""
+    if "track" not in known:
+        known["track"] = planned(scenario)
+    metrics = measured(run, scenario, marks, track=known["track"])
+    return with_verdict(Record(name, run, metrics, scenario=scenario, marks=marks, **known))
 
 
 def with_verdict(record: Record) -> Record:

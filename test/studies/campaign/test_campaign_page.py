@@ -14,13 +14,13 @@ from unrendered import leave_unrendered
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import CampaignError, ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.report.diagrams import Figure
 from vessel_hsmc_ros.report.tables import text
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, write_file, write_table
-from vessel_hsmc_ros.studies.campaign.diagrams import Diagrams, diagrams
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.plan_file import read_source
-from vessel_hsmc_ros.studies.campaign.report import make_report
+from vessel_hsmc_ros.studies.campaign.report import diagrams, make_report
 from vessel_hsmc_ros.studies.campaign.results import Results, read
 from vessel_hsmc_ros.studies.campaign.statistics import Table, share_text
 
@@ -108,7 +108,7 @@ def words(results: Results) -> dict[str, str]:
     return dict(findings.sentences(results, findings.influences_by_variant(results)))
 
 
-def drawn(results: Results) -> Diagrams:
+def drawn(results: Results) -> dict[str, list[Figure]]:
     return diagrams(results, findings.influences_by_variant(results))
 
 
@@ -118,7 +118,7 @@ def statements(results: Results) -> dict[str, str]:
 
 
 @pytest.fixture(scope="module")
-def shown(results: Results) -> Diagrams:
+def shown(results: Results) -> dict[str, list[Figure]]:
     return drawn(results)
 
 
@@ -169,30 +169,30 @@ def test_the_worst_runs_have_the_commands_that_repeat_them(results: Results) -> 
     assert texts(findings.worst(results, Path("x")))[findings.WORST][2] == "ended early"
 
 
-def test_the_parameter_with_influence_has_the_longest_bar(shown: Diagrams) -> None:
-    bars = {bar.law: bar for bar in shown.bars}["guided"]
-    assert bars.entries[-1].parameter == EAST
-    assert bars.entries[-1].first_order > 0.9
-    assert not any(entry.clear for entry in bars.entries[:-1])
+def test_the_parameter_with_influence_has_the_longest_bar(shown: dict[str, list[Figure]]) -> None:
+    (bars,) = next(each for each in shown["bars"] if each["title"].startswith("guided: "))["traces"]
+    assert bars["customdata"][-1][0] == EAST
+    assert bars["x"][-1] > 90.0
+    assert all(length <= spread for length, spread in zip(bars["x"][:-1], bars["error_x"]["array"], strict=False))
 
 
-def test_runs_are_drawn_over_the_strongest_numbers_and_not_over_texts(shown: Diagrams) -> None:
-    scatters = [scatter for scatter in shown.scatters if scatter.law == "guided"]
-    assert {scatter.x.name for scatter in scatters} == {"earth_fixed.east_force", "actuators.yaw_lag"}
-    assert all(len(scatter.runs) == 300 for scatter in scatters)
+def test_runs_are_drawn_over_the_strongest_numbers_and_not_over_texts(shown: dict[str, list[Figure]]) -> None:
+    scatters = [each for each in shown["scatter"] if each["title"].startswith("guided: ")]
+    assert {each["layout"]["xaxis"]["title"]["text"] for each in scatters} == {"earth_fixed.east_force", "actuators.yaw_lag"}
+    assert all(sum(len(trace["x"]) for trace in each["traces"]) == 300 for each in scatters)
 
 
 def test_a_grid_of_starts_is_a_map_of_the_time_to_settle(grid: Results) -> None:
-    (shown,) = drawn(grid).maps
-    assert shown.colour.name == "position error, settling time [s]"
-    assert shown.values.shape == (3, 15)
-    assert np.isinf(shown.values[2]).sum() == 6
+    (shown,) = drawn(grid)["map"]
+    assert shown["title"] == "hierarchical_printed: position error, settling time [s]"
+    assert sum(len(trace["x"]) for trace in shown["traces"]) == 15
+    assert sum(len(trace["x"]) for trace in shown["traces"] if trace["marker"]["color"] == "--shared") == 6
 
 
 def test_shares_of_a_grid_are_not_called_probabilities(grid: Results) -> None:
     assert "shares of its points, not probabilities" in words(grid)["hierarchical_printed"]
     assert "Too few runs for sensitivities, which need at least 100." in words(grid)["hierarchical_printed"]
-    assert not drawn(grid).bars
+    assert not drawn(grid)["bars"]
     settling = next(line for line in texts(findings.quantiles(grid)) if line[0].endswith("settling time"))
     assert settling[-2] == "none: ended early or not settled"
 
@@ -279,7 +279,7 @@ def test_settling_times_are_drawn_unless_every_error_settles_at_the_end_of_its_r
         return {"failed": False, "failure": "", "ended_early": False, **metrics}
 
     made = read(make_folder(tmp_path / "map", GRID, settling))
-    names = [each.axis.name for each in diagrams(made, {}).exceedances]
+    names = [each["title"] for each in diagrams(made, {})["exceedance"]]
     assert any("settling time" in name for name in names) == drawn
 
 
@@ -289,4 +289,4 @@ def test_the_settling_times_of_surveys_are_not_drawn(tmp_path: Path) -> None:
         return {"failed": False, "failure": "", "ended_early": False, **metrics}
 
     made = read(make_folder(tmp_path / "map", GRID, surveyed))
-    assert not any("settling time" in each.axis.name for each in diagrams(made, {}).exceedances)
+    assert not any("settling time" in each["title"] for each in diagrams(made, {})["exceedance"])

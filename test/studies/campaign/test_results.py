@@ -7,8 +7,7 @@ import pytest
 from campaigns import campaign
 
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.studies.campaign.diagrams import diagrams
-from vessel_hsmc_ros.studies.campaign.report import _subtitle
+from vessel_hsmc_ros.studies.campaign.report import _subtitle, diagrams
 from vessel_hsmc_ros.studies.campaign.results import ALWAYS, LENGTH, Results
 from vessel_hsmc_ros.studies.campaign.sampling import noise_seed
 from vessel_hsmc_ros.studies.campaign.statistics import Influence
@@ -70,11 +69,11 @@ def test_all_laws_of_a_diagram_are_drawn_in_one_unit(tmp_path: Path) -> None:
     }
     found = {law: [Influence(name, 0.5, 0.1, 1.0) for name in plan.drawn] for law in plan.laws}
     drawn = diagrams(Results(plan, rows), found)
-    (curves,) = (each for each in drawn.exceedances if each.axis.name.startswith("yaw moment, rms"))
-    assert curves.axis.name == "yaw moment, rms [MN·m]"
-    weak, strong = (curve.value.max() for curve in curves.curves)
-    assert (weak, strong, curves.limit) == pytest.approx((1e-3, 80.0, 0.04))
-    assert [(each.law, each.y.name) for each in drawn.scatters] == [
-        (law, curves.axis.name) for law in plan.laws for _ in range(2)
-    ]
-    assert [each.values[1].max() for each in drawn.scatters] == pytest.approx([weak, weak, strong, strong])
+    (curves,) = (each for each in drawn["exceedance"] if each["title"].startswith("yaw moment, rms"))
+    name = curves["title"]
+    assert name == "yaw moment, rms [MN·m]"
+    weak, strong = (max(trace["x"]) for trace in curves["traces"] if trace["name"])
+    assert (weak, strong, curves["layout"]["shapes"][0]["x0"]) == pytest.approx((1e-3, 80.0, 0.04))
+    assert [each["title"] for each in drawn["scatter"]] == [f"{law}: {name}" for law in plan.laws for _ in range(2)]
+    largest = [max(value for trace in each["traces"] for value in trace["y"]) for each in drawn["scatter"]]
+    assert largest == pytest.approx([weak, weak, strong, strong])

@@ -9,7 +9,7 @@ import pytest
 from campaigns import campaign
 
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.studies.campaign import findings, ship_findings
+from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.results import Results
 
@@ -75,7 +75,7 @@ def test_ships_lost_because_of_what_is_declared_are_kept_with_nothing_declared(r
 
 
 def test_the_table_sums_up_to_all_ships_in_every_group(results: Results) -> None:
-    table = ship_findings.lost(ship_findings.ships_of(results))
+    table = findings.lost(findings.ships_of(results))
     assert table.head == ("ships", "", "feasible", *VARIANTS)
     names = [line[0].value for line in table.lines]
     assert [name for name in names if name] == ["all", "delays declared", "reference", "control rate"]
@@ -90,7 +90,7 @@ def test_the_table_sums_up_to_all_ships_in_every_group(results: Results) -> None
 
 def test_draws_that_lack_a_variant_do_not_count(results: Results) -> None:
     some = results.rows["run"] < 4 * 5 + 2  # half of the sixth draw
-    ships = ship_findings.ships_of(Results(results.campaign, {name: column[some] for name, column in results.rows.items()}))
+    ships = findings.ships_of(Results(results.campaign, {name: column[some] for name, column in results.rows.items()}))
     assert len(ships.feasible) == 5
 
 

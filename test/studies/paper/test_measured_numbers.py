@@ -12,9 +12,9 @@ from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalPar
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.studies.paper import case_run, errata
+from vessel_hsmc_ros.studies.paper import case_run
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED
-from vessel_hsmc_ros.studies.paper.checks import Check, Claim
+from vessel_hsmc_ros.studies.paper.claims import Check, Claim, Finding
 from vessel_hsmc_ros.studies.paper.measure import Repaired, measure
 from vessel_hsmc_ros.studies.paper.numbers import Numbers
 from vessel_hsmc_ros.studies.paper.reduced import growth_rate
@@ -217,6 +217,6 @@ def test_a_claim_is_narrow_by_the_checks_that_decide_it() -> None:
     [(9.2, True, True), (9.0, True, False), (100.0, True, True), (10.9, False, True), (11.2, False, False), (9.0, False, False)],
 )
 def test_a_number_agrees_with_the_prototype_within_a_tenth(prototype: float, at_most: bool, agrees: bool) -> None:
-    finding = errata.Finding("x", prototype, "", "b", "duration", at_most)
+    finding = Finding("x", prototype, "", "b", "duration", at_most)
     assert finding.agrees({"b": Numbers(duration=-10.0)}) is agrees
     assert not finding.agrees({"b": Numbers()})

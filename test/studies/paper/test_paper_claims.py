@@ -6,10 +6,7 @@ import math
 import pytest
 
 from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, PREFIX, PRINTED, PRINTED_CASES, REPAIRED, REPAIRED_CASES, of_law
-from vessel_hsmc_ros.studies.paper.checks import Check, Claim, formatted
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.paper.claims_page import claims_page
-from vessel_hsmc_ros.studies.paper.errata import FINDINGS
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, Check, Claim, claims_page, formatted
 from vessel_hsmc_ros.studies.paper.numbers import Numbers
 
 NAMES = {case.name for case in PRINTED_CASES}

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from verdict_page import with_results
 
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.cases import CASES, PREFIX, PRINTED, REPAIRED, course_learning, of_law
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.paper.claims_page import claims_page
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS, claims_page
 from vessel_hsmc_ros.studies.paper.numbers import Numbers
-from vessel_hsmc_ros.studies.paper.verdict_page import with_results
 from vessel_hsmc_ros.studies.runs import worker_pool
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.studies.certificates import margins
 from vessel_hsmc_ros.studies.certificates.margins import Need
 from vessel_hsmc_ros.studies.manoeuvres.ship import in_still_water
-from vessel_hsmc_ros.studies.runs import fleet, scenario_run, ship_check
+from vessel_hsmc_ros.studies.runs import scenario_run, ship_check
 
 RATE = margins.RATE_HZ
 
@@ -157,8 +157,8 @@ def ended(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         how.update(vessels=vessels, processes=processes)
         return SimpleNamespace(code=how["code"], failure=how["failure"])
 
-    monkeypatch.setattr(fleet, "supervisor_module", lambda: None)
-    monkeypatch.setattr(fleet, "_evaluate", evaluate)
+    monkeypatch.setattr(scenario_run, "supervisor_module", lambda: None)
+    monkeypatch.setattr(scenario_run, "_evaluate_fleet", evaluate)
     monkeypatch.setattr(scenario_run, "write_summary", write_summary)
     monkeypatch.setattr("vessel_hsmc_ros.nodes.runs.fleet_supervision.supervise_fleet", supervise)
     return how
@@ -180,7 +180,7 @@ def test_a_fleet_has_the_exit_code_and_the_failure_of_its_processes_else_of_its_
     ended: dict[str, Any], tmp_path: Path, code: int, failure: str, error: Exception | None, expected: tuple[int, str]
 ) -> None:
     ended.update(code=code, failure=failure, error=error)
-    result = fleet.run_fleet(FLEET, RunFolder(tmp_path), lambda _: None)
+    result = scenario_run.run_fleet(FLEET, RunFolder(tmp_path), lambda _: None)
     assert (result.exit_code, result.failure) == expected
     assert ended["vessels"] == ("boat_1", "boat_2", "boat_3")
     assert ended["evaluated"] == (0 if failure else 1)
@@ -196,7 +196,7 @@ def test_a_summary_that_cannot_be_written_hides_no_interrupt(
 
     ended.update(code=130, failure="interrupted")
     monkeypatch.setattr(scenario_run, "write_summary", refused)
-    result = fleet.run_fleet(FLEET, RunFolder(tmp_path), lambda _: None)
+    result = scenario_run.run_fleet(FLEET, RunFolder(tmp_path), lambda _: None)
     assert (result.exit_code, result.failure) == (130, "interrupted")
 
 
@@ -206,7 +206,7 @@ def test_the_summary_of_a_fleet_has_each_vessel_under_its_name(ended: dict[str, 
         SimpleNamespace(name="boat_1", metrics=metrics, facts={"messages_recorded": 3}),
         SimpleNamespace(name="boat_2", metrics=None, facts={"messages_recorded": 4}),
     ]
-    result = scenario_run.Result(RunFolder(tmp_path), 1, "failed", facts={"vessels": fleet.by_vessel(records)})
+    result = scenario_run.Result(RunFolder(tmp_path), 1, "failed", facts={"vessels": scenario_run.by_vessel(records)})
     scenario_run.write_results(result, {})
     assert ended["summaries"] == [
         (
@@ -233,8 +233,8 @@ def test_a_fleet_reserves_each_namespace_and_the_clock_once(monkeypatch: pytest.
         yield
         held.remove((namespace, clock))
 
-    monkeypatch.setattr(fleet, "reserve_namespace", reserve)
+    monkeypatch.setattr(scenario_run, "reserve_namespace", reserve)
     given: Any = SimpleNamespace(vessels=FLEET.vessels, lockstep=lockstep)
-    with fleet.reserve_namespaces(given):
+    with scenario_run.reserve_namespaces(given):
         assert held == [("boat_1", lockstep), ("boat_2", False), ("boat_3", False)]
     assert held == []

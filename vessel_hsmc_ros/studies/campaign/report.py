@@ -2,21 +2,28 @@
 
 import itertools
 import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.style import SERIES
-from vessel_hsmc_ros.studies.campaign import findings, ship_findings
-from vessel_hsmc_ros.studies.campaign.diagrams import Axis, Bars, Curve, Diagrams, Exceedance, Scatter, diagrams, draw
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers
+from vessel_hsmc_ros.report.style import run_colour
+from vessel_hsmc_ros.report.tables import METRICS, label
+from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
-from vessel_hsmc_ros.studies.campaign.results import Results, read
-from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence
+from vessel_hsmc_ros.studies.campaign.results import LEGS, Results, read
+from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence, exceedance
+from vessel_hsmc_ros.studies.compare.sweep_page import LOGARITHMIC_RATIO
+
+PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "scatter", "map": "map"}
+"""The kinds of the pictures, by the sections of the page whose diagrams they show."""
 
 
 def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], dict[str, Path]]:
@@ -32,21 +39,22 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
     path = output or folder / "report.html"
     try:
         path.write_text(render(results, found, drawn, folder), encoding="utf-8")
-        pictures = draw(path.parent / "figures", drawn)
+        figures = path.parent / "figures"
+        figures.mkdir(exist_ok=True)
+        pictures = {PICTURES[kind]: draw(figures / f"{PICTURES[kind]}.png", each) for kind, each in drawn.items() if each}
     except OSError as error:
         raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
     words = [f"{law}: {sentence}" if law else sentence for law, sentence in sentences(results, found)]
     return words, {"page": path, **pictures}
 
 
-def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams, folder: Path) -> str:
+def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[str, Sequence[Figure]], folder: Path) -> str:
     """Render the HTML text of the page.
 
-    `found`: the influences on the main metric for each law.
+    `found`: the influences on the main metric for each law. `drawn`: its diagrams, by section.
     """
-    campaign, laws = results.campaign, list(results.by_variant)
-    shown = page_diagrams(drawn, laws)
-    content = {"figures": shown, "command": findings.replay_command(folder, 0).rpartition(" ")[0]}
+    campaign = results.campaign
+    content = {"figures": drawn, "command": findings.replay_command(folder, 0).rpartition(" ")[0]}
     return page_kit.render(
         "studies/campaign/campaign.html",
         f"Campaign {campaign.name}",
@@ -55,8 +63,8 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
         content=content,
         sentences=findings.sentences(results, found),
         notes=_notes(results),
-        colours={law: colour(law, laws) for law in laws},
-        lost=ship_findings.lost(ship_findings.ships_of(results)) if campaign.has_ships else None,
+        colours={law: colour(results, law) for law in results.by_variant},
+        lost=findings.lost(findings.ships_of(results)) if campaign.has_ships else None,
         failures=findings.failures(results),
         quantiles=findings.quantiles(results),
         comparisons=findings.comparisons(results),
@@ -64,7 +72,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Diagrams,
         worst=findings.worst(results, folder),
         folder=folder,
         file=campaign.source.text.strip(),
-        figures=shown,
+        figures=drawn,
         fewest=FEWEST,
         independent=campaign.independent,
         confidence=f"{100.0 * CONFIDENCE:g} %",
@@ -93,94 +101,179 @@ def _notes(results: Results) -> list[str]:
     return found
 
 
-Figure = dict[str, Any]
+MAX_RUNS = 3000  # largest number of runs of a law in a scatter diagram
+BARS = 10  # largest number of parameters with a bar
+STRONGEST = 2  # number of parameters over which the runs are drawn one by one
 
-DIGITS = 5  # significant digits of the drawn numbers; the dataset has all of them
-AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False, "exponentformat": "power"}
+
+AT_THE_END = 0.01  # share of the duration before the end of a run in which a settling time is that of the end
+SETTLING, START = "settling_time", ("vessel_sim.initial_pose[0]", "vessel_sim.initial_pose[1]")
+
+Quantity = tuple[Axis, Any]  # what is drawn of runs: its axis and its values, (n,)
 
 
-def page_diagrams(drawn: Diagrams, laws: list[str]) -> dict[str, list[Figure]]:
-    """Traces and layouts of all diagrams, by the section of the page that shows them."""
+class Scatter(NamedTuple):
+    """Runs of a law one by one."""
+
+    law: str
+    # x, y, colour: what is drawn across, up and as colour
+    x: Axis
+    y: Axis
+    colour: Axis
+    values: Array  # their values, (3, n)
+    runs: NDArray[np.int64]  # numbers of the runs, (n,)
+    # failed, ended: whether each failed, and whether it ended early and so has no metric, (n,)
+    failed: NDArray[np.bool_]
+    ended: NDArray[np.bool_]
+
+
+def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> dict[str, list[Figure]]:
+    """The diagrams of a campaign, by the sections of its page.
+
+    `found`: the influences on the main metric for each law, strongest first.
+    """
+    plane = _plane(results)
     return {
-        "exceedance": [_exceedance(each, laws) for each in drawn.exceedances],
-        "bars": [_bars(each, laws) for each in drawn.bars],
-        "scatter": [_scatter(each, square=False) for each in drawn.scatters],
-        "map": [_scatter(each, square=True) for each in drawn.maps],
+        "exceedance": [_exceedance(results, each) for each in results.shown if each != SETTLING or _settles(results)],
+        "bars": [_bars(results, law, entries[:BARS][::-1]) for law, entries in found.items() if entries],
+        "scatter": list(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
+        "map": [_map(results, law, plane) for law in results.by_variant] if plane else [],
     }
 
 
-def colour(law: str, laws: list[str]) -> str:
+def colour(results: Results, law: str) -> str:
     """The style sheet's colour of a law."""
-    return f"--run-{laws.index(law) % len(SERIES)}"
+    return run_colour(list(results.by_variant).index(law))
 
 
-def _exceedance(drawn: Exceedance, laws: list[str]) -> Figure:
-    smallest = min((1.0 / _runs(curve) for curve in drawn.curves if len(curve.share)), default=0.1)
-    traces = [trace for curve in drawn.curves for trace in _curve(curve, colour(curve.law, laws), 0.3 * smallest)]
-    layout = _layout(drawn.axis, Axis("share of runs above", logarithmic=True))
-    layout["yaxis"] |= {"range": [math.log10(0.5 * smallest), 0.05], "tickformat": "~g"}
-    layout["showlegend"] = len(laws) > 1
-    if drawn.limit is not None:
-        line = {"type": "line", "yref": "paper", "x0": drawn.limit, "x1": drawn.limit, "y0": 0, "y1": 1}
-        layout["shapes"] = [{**line, "line": {"color": "--limit", "width": 1.5, "dash": "dash"}}]
-        place = math.log10(drawn.limit) if drawn.axis.logarithmic else drawn.limit
-        name = {"x": place, "yref": "paper", "y": 1, "yanchor": "bottom", "text": "limit", "showarrow": False}
-        layout["annotations"] = [{**name, "font": {"color": "--limit", "size": 11}}]
-    return {"title": drawn.axis.name, "traces": traces, "layout": layout}
+def _settles(results: Results) -> bool:
+    """Whether settling times mean anything: not in surveys and on paths, nor where every error settles at the end of its run."""
+    if SETTLING in {**results.campaign.limits, **results.campaign.limits_in_lengths}:
+        return True
+    end = (1.0 - AT_THE_END) * results.campaign.base.vessel_sim.duration
+    times = results.cost(SETTLING)
+    return LEGS not in results.metrics and not bool(np.all(times[np.isfinite(times)] >= end))
 
 
-def _runs(curve: Curve) -> float:
-    """Number of runs of a curve, from its largest step."""
-    steps = curve.share[curve.share > 0.0]
-    return 1.0 / float(steps.min()) if len(steps) else 1.0
+def _metric(runs: Results, metric: str, every: Results) -> Quantity:
+    """A metric of some runs with its axis, whose unit and scale suit the values of all runs."""
+    factor, unit = _unit(metric, every)
+    values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    wide = bool(len(positive)) and bool(positive.max() / positive.min() > LOGARITHMIC_RATIO)
+    return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), factor * runs.cost(metric)
 
 
-def _curve(curve: Curve, shade: str, floor: float) -> list[Figure]:
-    """The curve above its band of confidence; zero has no place on a logarithmic scale, so it is drawn at the floor."""
-    x = _numbers(curve.value)
-    edge = {
-        "x": x,
-        "type": "scatter",
-        "mode": "lines",
-        "line": {"width": 0, "shape": "hv"},
-        "hoverinfo": "skip",
-        "showlegend": False,
-    }
-    low, high, share = (_numbers(np.maximum(values, floor)) for values in (curve.low, curve.high, curve.share))
-    band = {**edge, "y": high, "fill": "tonexty", "fillcolor": f"{shade}/0.18"}
-    line = {"color": shade, "width": 2, "shape": "hv"}
-    hover = "%{y:.3~p} above %{x:.4~g}<extra>" + curve.law + "</extra>"
-    middle = {"x": x, "y": share, "type": "scatter", "mode": "lines", "line": line, "name": curve.law, "hovertemplate": hover}
-    return [{**edge, "y": low}, band, middle]
+def _unit(metric: str, every: Results) -> tuple[float, str]:
+    """The factor that converts a metric to the drawn unit, and this unit."""
+    if metric in every.campaign.limits_in_lengths:
+        return 1.0, "lengths"
+    values, unit = every.cost(metric), METRICS[metric][1]
+    largest = float(np.max(values, where=np.isfinite(values), initial=0.0))
+    return (100.0, unit) if unit == "%" else scaled(largest, unit)
 
 
-def _bars(drawn: Bars, laws: list[str]) -> Figure:
-    indices = np.array([max(entry.first_order, 0.0) for entry in drawn.entries])
+def _exceedance(results: Results, metric: str) -> Figure:
+    """The share of the runs of each law above each value of a metric, with its limit if there is one."""
+    axis = _metric(results, metric, results)[0]
+    curves = {law: exceedance(_metric(runs, metric, results)[1]) for law, runs in results.by_variant.items()}
+    smallest = min((float(share[share > 0.0].min()) for _, share, *_ in curves.values() if np.any(share > 0.0)), default=0.1)
+    traces: list[Figure] = []
+    for law, (value, share, low, high) in curves.items():
+        band = (low, high) if results.campaign.independent else (share, share)  # confidence takes independent draws
+        # Zero has no place on a logarithmic scale, so it is drawn at a floor.
+        lower, upper, middle = (np.maximum(values, 0.3 * smallest) for values in (*band, share))
+        shade = colour(results, law)
+        traces.append(line(value, lower, "", shade, width=0, shape="hv"))
+        traces.append({**line(value, upper, "", shade, width=0, shape="hv"), "fill": "tonexty", "fillcolor": f"{shade}/0.18"})
+        hover = "%{y:.3~p} above %{x:.4~g}<extra>" + law + "</extra>"
+        traces.append({**line(value, middle, law, shade, shape="hv"), "hovertemplate": hover})
+    drawn = layout(axis, Axis("share of runs above", logarithmic=True), legend=len(curves) > 1)
+    drawn["yaxis"] |= {"range": [math.log10(0.5 * smallest), 0.05], "tickformat": "~g"}
+    limit = {**results.campaign.limits, **results.campaign.limits_in_lengths}.get(metric)
+    return {"title": axis.name, "traces": traces, "layout": drawn | _limit(axis, limit, _unit(metric, results)[0])}
+
+
+def _limit(axis: Axis, limit: float | None, factor: float) -> Figure:
+    """What marks a limit in a diagram over an axis."""
+    if limit is None:
+        return {}
+    place = factor * limit
+    look = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "--limit", "width": 1.5, "dash": "dash"}}
+    name = {"yref": "paper", "y": 1, "yanchor": "bottom", "text": "limit", "showarrow": False}
+    note = {**name, "x": math.log10(place) if axis.logarithmic else place, "font": {"color": "--limit", "size": 11}}
+    return {"shapes": [{**look, "x0": place, "x1": place}], "annotations": [note]}
+
+
+def _bars(results: Results, law: str, entries: Sequence[Influence]) -> Figure:
+    """Sensitivity indices of the main metric of a law, the strongest last, which is drawn at the top."""
+    indices = np.array([max(entry.first_order, 0.0) for entry in entries])
+    correlations = ["–" if math.isnan(entry.correlation) else f"{entry.correlation:+.2f}" for entry in entries]
     trace = {
         "type": "bar",
         "orientation": "h",
-        "x": _numbers(100.0 * indices),
-        "y": [short(entry.parameter) for entry in drawn.entries],
-        "customdata": [[entry.parameter, _correlation(entry.correlation)] for entry in drawn.entries],
-        "error_x": {"array": _numbers(np.array([100.0 * entry.uncertainty for entry in drawn.entries])), "color": "--ink-soft"},
-        "marker": {"color": colour(drawn.law, laws)},
+        "x": numbers(100.0 * indices),
+        "y": [short(entry.parameter) for entry in entries],
+        "customdata": [list(each) for each in zip((entry.parameter for entry in entries), correlations, strict=True)],
+        "error_x": {"array": numbers(np.array([100.0 * entry.uncertainty for entry in entries])), "color": "--ink-soft"},
+        "marker": {"color": colour(results, law)},
         "hovertemplate": "%{customdata[0]}: %{x:.2~f} %<br>rank correlation %{customdata[1]}<extra></extra>",
     }
-    layout = _layout(Axis("explained variance of the ranks [%]"), Axis(""))
-    layout["yaxis"] |= {"automargin": True, "tickfont": {"size": 11}}
-    layout["xaxis"] |= {
-        "rangemode": "nonnegative",
-        "range": [0, 100.0 * max(0.1, *(e.first_order + e.uncertainty for e in drawn.entries))],
-    }
-    layout["height"] = 110 + 26 * len(drawn.entries)
-    return {"title": f"{drawn.law}: {drawn.metric}", "traces": [trace], "layout": layout}
+    drawn = layout(Axis("explained variance of the ranks [%]"), Axis(""), 110 + 26 * len(entries))
+    drawn["yaxis"] |= {"automargin": True, "tickfont": {"size": 11}}
+    longest = max(0.1, *(entry.first_order + entry.uncertainty for entry in entries))
+    drawn["xaxis"] |= {"rangemode": "nonnegative", "range": [0, 100.0 * longest]}
+    return {"title": f"{law}: {label(results.main)}", "traces": [trace], "layout": drawn}
 
 
-def _correlation(value: float) -> str:
-    return "–" if math.isnan(value) else f"{value:+.2f}"
+def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[Figure]:
+    """The main metric over the strongest parameters that are numbers, coloured by the other one of the two."""
+    runs = results.by_variant[law]
+    names = [entry.parameter for entry in entries if _numeric(runs.drawn[entry.parameter])][:STRONGEST]
+    metric = _metric(runs, results.main, results)
+    return [
+        _runs_as_points(_chosen(runs, law, _drawn(runs, name), metric, _drawn(runs, other)), square=False)
+        for name, other in zip(names, reversed(names), strict=True)
+    ]
 
 
-def _scatter(drawn: Scatter, square: bool) -> Figure:
+def _map(results: Results, law: str, plane: tuple[str, str]) -> Figure:
+    """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
+    runs = results.by_variant[law]
+    metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
+    x, y = (_drawn(runs, name) for name in plane)
+    return _runs_as_points(_chosen(runs, law, x, y, _metric(runs, metric, results)), square=True)
+
+
+def _plane(results: Results) -> tuple[str, str] | None:
+    """The two parameters that span a map: those on grids if there are two, else the position of the start."""
+    for names in (tuple(results.campaign.grids), START):
+        if len(names) == 2 and all(name in results.drawn and _numeric(results.drawn[name]) for name in names):
+            return names[0], names[1]
+    return None
+
+
+def _drawn(runs: Results, name: str) -> Quantity:
+    return Axis(short(name)), runs.drawn[name]
+
+
+def _numeric(column: NDArray[Any]) -> bool:
+    return column.dtype.kind in "fiu"
+
+
+def _chosen(runs: Results, law: str, x: Quantity, y: Quantity, colour: Quantity) -> Scatter:
+    """At most as many runs as can be distinguished: the failures first, then others in equal steps."""
+    order = np.argsort(~runs.failed, kind="stable")
+    failures = order[: min(int(runs.failed.sum()), MAX_RUNS // 2)]
+    others = order[int(runs.failed.sum()) :]
+    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), MAX_RUNS - len(failures))).astype(int))]
+    chosen = np.concatenate([failures, rest])
+    values = np.array([np.asarray(column, dtype=float)[chosen] for _, column in (x, y, colour)])
+    rows = runs.rows["run"].astype(np.int64)
+    return Scatter(law, x[0], y[0], colour[0], values, rows[chosen], runs.failed[chosen], runs.ended_early[chosen])
+
+
+def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
     """Runs as points whose colour is a quantity; crosses are failures, red ones ended early, grey ones have no such quantity."""
     x, y, shade = drawn.values
     finite = np.isfinite(y)
@@ -197,15 +290,15 @@ def _scatter(drawn: Scatter, square: bool) -> Figure:
         if mask.any():
             look = {"symbol": "x" if failed else "square" if square else "circle", "size": size + 2 * failed}
             plain = {"color": "--limit" if ended else "--shared"}
-            paint = {"color": _numbers(tint[mask]), **scale} if known and not ended else plain
+            paint = {"color": numbers(tint[mask]), **scale} if known and not ended else plain
             edge = {"color": "--limit", "width": 1.2 * failed}
             traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
-    layout = _layout(drawn.x, drawn.y if square else drawn.y._replace(name=""))  # the name of a metric is the title
+    # The name of a metric is the title.
+    found = layout(drawn.x, drawn.y if square else drawn.y._replace(name=""), height=460 if square else 330)
     if square:
-        layout["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
-        layout["xaxis"] |= {"constrain": "domain"}
-        layout["height"] = 460
-    return {"title": f"{drawn.law}: {(drawn.colour if square else drawn.y).name}", "traces": traces, "layout": layout}
+        found["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
+        found["xaxis"] |= {"constrain": "domain"}
+    return {"title": f"{drawn.law}: {(drawn.colour if square else drawn.y).name}", "traces": traces, "layout": found}
 
 
 def _points(drawn: Scatter, mask: NDArray[np.bool_], x: Array, y: Array, marker: Figure) -> Figure:
@@ -218,8 +311,8 @@ def _points(drawn: Scatter, mask: NDArray[np.bool_], x: Array, y: Array, marker:
     return {
         "type": "scatter",
         "mode": "markers",
-        "x": _numbers(x[mask]),
-        "y": _numbers(y[mask]),
+        "x": numbers(x[mask]),
+        "y": numbers(y[mask]),
         "customdata": data,
         "marker": marker,
         "hovertemplate": hover + "%{customdata[1]}<extra></extra>",
@@ -243,22 +336,3 @@ def _colour_bar(axis: Axis, tint: Array) -> Figure:
 def _size(count: int, square: bool) -> float:
     """Diameter of a point in pixels: smaller where there are many; in a map nearly as wide as a cell of a full grid."""
     return max(4.0, min(16.0, 240.0 / math.sqrt(count))) if square else (6.0 if count < 1000 else 4.0)
-
-
-def _layout(x: Axis, y: Axis) -> Figure:
-    def axis(of: Axis) -> Figure:
-        kind = {"type": "log", "dtick": 1} if of.logarithmic else {}
-        return {**AXIS, **kind, "title": {"text": of.name, "standoff": 6, "font": {"size": 12}}}
-
-    return {
-        "height": 330,
-        "margin": {"l": 62, "r": 16, "t": 30, "b": 48},
-        "showlegend": False,
-        "xaxis": axis(x),
-        "yaxis": axis(y),
-    }
-
-
-def _numbers(values: Array) -> list[float | None]:
-    """Numbers for JSON, which has none that is not finite."""
-    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in values.tolist()]

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.making import Options, read, write
-from vessel_hsmc_ros.report.record import limits, planned
+from vessel_hsmc_ros.report.record import bounds, planned
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
@@ -122,8 +122,7 @@ def measure(row: Row, run: Run, scenario: Scenario, legs: float = math.inf) -> L
     angle = np.degrees(heading_error(run.state, run.reference))
     # Chattering is a property of the steady state: reversals during the transient would hide it.
     settled = run.time[0] + (SETTLED if span > 2.0 * SETTLED else 0.75 * span)
-    bounds = (min((limit.value for limit in found), default=math.inf) for found in limits(scenario))
-    travels = [travel(run.time, run.wrench[:, i], bound) for i, bound in enumerate(bounds)]
+    travels = [travel(run.time, run.wrench[:, i], bound) for i, bound in enumerate(bounds(scenario))]
     return LawMetrics(
         rms(distance[window]),
         float(distance[window].max()),

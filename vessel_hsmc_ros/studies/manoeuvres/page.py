@@ -4,15 +4,14 @@ import csv
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, outline
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report import page_kit
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, layout, line
 from vessel_hsmc_ros.scenario.scenario import dump_scenario
 from vessel_hsmc_ros.studies.manoeuvres.metrics import Track, crossing, speed_curve, spiral_curve
 from vessel_hsmc_ros.studies.manoeuvres.run import Manoeuvre, Results
@@ -85,11 +84,7 @@ def subtitle(results: Results) -> str:
     return f"{quantity(ship.length, 'm')} long · {limits} · {speeds} · still water, first turn to starboard"
 
 
-Figure = dict[str, Any]
-
-POINTS = 1500  # approximate number of points of a line
-AXIS: Figure = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False}
-SHIP, COMMAND, OTHER, LIMIT = "--run-0", "--run-1", "--run-2", "--limit"
+SHIP, COMMAND, LIMIT = "--run-0", "--run-1", "--limit"
 
 
 def figure(done: Manoeuvre) -> Figure | None:
@@ -101,7 +96,7 @@ def turning_circle(done: Manoeuvre) -> Figure:
     """The track with advance, transfer, tactical and steady diameter, and the hull at every 90°."""
     track, m = done.track, done.metrics
     vessel = done.scenario.vessel_sim.vessel
-    traces = [_line(track.aside, track.ahead, "track", SHIP)]
+    traces = [line(track.aside, track.ahead, "track", SHIP)]
     for angle in range(0, 361, 90):
         traces.append(_hull(track.at(crossing(track.turned, math.radians(angle))), Hull(vessel.length, vessel.beam)))
     quarter, half = (track.at(crossing(track.turned, math.radians(angle))) for angle in (90.0, 180.0))
@@ -115,11 +110,11 @@ def turning_circle(done: Manoeuvre) -> Figure:
         *_dimension("transfer", m["transfer"], (0.0, m["advance"]), (float(quarter.aside), m["advance"])),
         *_dimension("steady diameter", m["steady_diameter"], (middle - radius, level), (middle + radius, level)),
         *_dimension("tactical diameter", m["tactical_diameter"], (0.0, low), (m["tactical_diameter"], low)),
-        _line(np.array([half.aside, half.aside]), np.array([low, half.ahead]), "", "--limit", dash="dot", width=1.0),
+        line(np.array([half.aside, half.aside]), np.array([low, half.ahead]), "", "--limit", dash="dot", width=1.0),
     ]
-    layout = _layout("to the side of the turn [m]", "along the original course [m]", 520)
-    layout["yaxis"] |= {"scaleanchor": "x"}
-    return {"traces": traces, "layout": layout}
+    drawn = layout(Axis("to the side of the turn [m]"), Axis("along the original course [m]"), 520)
+    drawn["yaxis"] |= {"scaleanchor": "x"}
+    return {"traces": traces, "layout": drawn}
 
 
 def zigzag(done: Manoeuvre) -> Figure:
@@ -129,18 +124,18 @@ def zigzag(done: Manoeuvre) -> Figure:
     part = track.time <= _zigzag_end(track)
     heading, rudder = np.degrees(track.turned), 35.0 / limit * track.command
     traces = [
-        _line(track.time[part], heading[part], "change of heading", SHIP),
-        _line(track.time[part], rudder[part], "rudder angle", COMMAND, shape="hv"),
+        line(track.time[part], heading[part], "change of heading", SHIP),
+        line(track.time[part], rudder[part], "rudder angle", COMMAND, shape="hv"),
     ]
-    layout = _layout("time since the execute [s]", "[°], positive to the side of the first turn", 380, legend=True)
+    drawn = layout(Axis("time since the execute [s]"), Axis("[°], positive to the side of the first turn"), 380, legend=True)
     executes = np.flatnonzero(np.diff(np.sign(track.command))) + 1
     for k, (name, begin) in enumerate(zip(("first_overshoot", "second_overshoot"), executes[:2], strict=False)):
         if math.isfinite(value := done.metrics[name]):
             sign = 1.0 if k == 0 else -1.0
             edge, time = sign * settings.switch_heading_deg, float(track.time[begin] + done.metrics[f"{name[:-9]}yaw_check_time"])
-            traces.append(_line(np.array([time, time]), np.array([edge, edge + sign * value]), "", LIMIT))
-            layout["annotations"].append(_note(time, edge + sign * value, f"{value:.3g}°", above=k == 0))
-    return {"traces": traces, "layout": layout}
+            traces.append(line(np.array([time, time]), np.array([edge, edge + sign * value]), "", LIMIT))
+            drawn["annotations"].append(_note(time, edge + sign * value, f"{value:.3g}°", above=k == 0))
+    return {"traces": traces, "layout": drawn}
 
 
 def _zigzag_end(track: Track) -> float:
@@ -156,10 +151,10 @@ def spiral(done: Manoeuvre) -> Figure:
     settings = done.scenario.controller.manoeuvre
     curve, n = spiral_curve(done.track, settings), settings.steps
     traces = [
-        _line(curve[:n, 0], curve[:n, 1], "from the first side to the other", SHIP, mode="lines+markers"),
-        _line(curve[n - 1 :, 0], curve[n - 1 :, 1], "and back", COMMAND, mode="lines+markers", dash="dash"),
+        line(curve[:n, 0], curve[:n, 1], "from the first side to the other", SHIP, mode="lines+markers"),
+        line(curve[n - 1 :, 0], curve[n - 1 :, 1], "and back", COMMAND, mode="lines+markers", dash="dash"),
     ]
-    return {"traces": traces, "layout": _layout("rudder angle [°]", "steady yaw rate [°/s]", 380, legend=True)}
+    return {"traces": traces, "layout": layout(Axis("rudder angle [°]"), Axis("steady yaw rate [°/s]"), 380, legend=True)}
 
 
 def crash_stop(done: Manoeuvre) -> Figure:
@@ -167,12 +162,12 @@ def crash_stop(done: Manoeuvre) -> Figure:
     track, m = done.track, done.metrics
     end = crossing(-track.u, 0.0)
     last = len(track.time) if math.isnan(end) else math.ceil(end) + 1
-    traces = [_line(track.travelled[:last], track.u[:last], "speed", SHIP)]
-    layout = _layout("track reach [m]", "surge speed [m/s]", 380)
+    traces = [line(track.travelled[:last], track.u[:last], "speed", SHIP)]
+    drawn = layout(Axis("track reach [m]"), Axis("surge speed [m/s]"), 380)
     if math.isfinite(m["track_reach"]):
         text = f"{quantity(m['track_reach'], 'm')} in {quantity(m['stopping_time'], 's')}"
-        layout["annotations"].append(_note(m["track_reach"], 0.0, text, above=True) | {"xanchor": "right"})
-    return {"traces": traces, "layout": layout}
+        drawn["annotations"].append(_note(m["track_reach"], 0.0, text, above=True) | {"xanchor": "right"})
+    return {"traces": traces, "layout": drawn}
 
 
 def speed_run(done: Manoeuvre) -> Figure:
@@ -181,17 +176,17 @@ def speed_run(done: Manoeuvre) -> Figure:
     force = done.scenario.controller.vessel.surge_force_limit
     factor, unit = scaled(force, "N")
     speed, pull = np.concatenate(([0.0], curve[:, 1])), np.concatenate(([0.0], factor * force * curve[:, 0]))
-    layout = _layout("steady speed [m/s]", f"surge force [{unit}]", 380)
-    return {"traces": [_line(speed, pull, "surge force", SHIP, mode="lines+markers")], "layout": layout}
+    drawn = layout(Axis("steady speed [m/s]"), Axis(f"surge force [{unit}]"), 380)
+    return {"traces": [line(speed, pull, "surge force", SHIP, mode="lines+markers")], "layout": drawn}
 
 
 def bollard_pull(done: Manoeuvre) -> Figure:
     """The applied force over time."""
     track = done.track
     factor, unit = scaled(float(track.force[-1]), "N")
-    layout = _layout("time [s]", f"surge force [{unit}]", 380)
-    layout["yaxis"] |= {"rangemode": "tozero"}
-    return {"traces": [_line(track.time, factor * track.force, "applied force", SHIP)], "layout": layout}
+    drawn = layout(Axis("time [s]"), Axis(f"surge force [{unit}]"), 380)
+    drawn["yaxis"] |= {"rangemode": "tozero"}
+    return {"traces": [line(track.time, factor * track.force, "applied force", SHIP)], "layout": drawn}
 
 
 FIGURES: dict[str, Callable[[Manoeuvre], Figure]] = {
@@ -200,34 +195,12 @@ FIGURES: dict[str, Callable[[Manoeuvre], Figure]] = {
 """The diagram of each kind of manoeuvre."""
 
 
-def _line(x: Array, y: Array, name: str, colour: str, **look: Any) -> Figure:
-    """A line, thinned; without a name it has no entry in the legend."""
-    every = max(1, len(x) // POINTS)
-    line = {
-        "color": colour,
-        "width": look.get("width", 2.0),
-        "dash": look.get("dash", "solid"),
-        "shape": look.get("shape", "linear"),
-    }
-    return {
-        "type": "scatter",
-        "mode": look.get("mode", "lines"),
-        "x": _numbers(x[::every]),
-        "y": _numbers(y[::every]),
-        "line": line,
-        "marker": {"color": colour, "size": 6},
-        "name": name,
-        "showlegend": bool(name),
-        **({} if name else {"hoverinfo": "skip"}),
-    }
-
-
 def _dimension(name: str, value: float, begin: tuple[float, float], end: tuple[float, float]) -> list[Figure]:
     """A dimension line between two points of a track with its name and value in the middle; none for what was not reached."""
     if not math.isfinite(value):
         return []
     x, y = np.array([begin, end]).T
-    line = _line(x, y, "", LIMIT, width=1.5, mode="lines+markers")
+    dimension = line(x, y, "", LIMIT, width=1.5, mode="lines+markers")
     text = {
         "type": "scatter",
         "mode": "text",
@@ -239,7 +212,7 @@ def _dimension(name: str, value: float, begin: tuple[float, float], end: tuple[f
         "hoverinfo": "skip",
         "showlegend": False,
     }
-    return [line, text]
+    return [dimension, text]
 
 
 def _hull(point: Track, hull: Hull) -> Figure:
@@ -248,23 +221,10 @@ def _hull(point: Track, hull: Hull) -> Figure:
     c, s = np.cos(point.turned), np.sin(point.turned)
     # x ahead and y to port in the body frame; the track is seen from the side of the turn, which may be the other one.
     ahead, aside = point.ahead + c * corners[:, 0] - s * corners[:, 1], point.aside + s * corners[:, 0] + c * corners[:, 1]
-    trace = _line(np.append(aside, aside[0]), np.append(ahead, ahead[0]), "", SHIP, width=1.0)
+    trace = line(np.append(aside, aside[0]), np.append(ahead, ahead[0]), "", SHIP, width=1.0)
     return {**trace, "fill": "toself", "fillcolor": f"{SHIP}/0.25"}
 
 
 def _note(x: float, y: float, text: str, above: bool) -> Figure:
     anchor = {"yanchor": "bottom" if above else "top"}
     return {"x": x, "y": y, "text": text, "showarrow": False, "font": {"color": LIMIT, "size": 12}, **anchor}
-
-
-def _layout(x: str, y: str, height: int, legend: bool = False) -> Figure:
-    def axis(name: str) -> Figure:
-        return {**AXIS, "title": {"text": name, "standoff": 6, "font": {"size": 12}}}
-
-    margin = {"l": 62, "r": 16, "t": 30, "b": 48}
-    return {"height": height, "margin": margin, "showlegend": legend, "annotations": [], "xaxis": axis(x), "yaxis": axis(y)}
-
-
-def _numbers(values: Array) -> list[float | None]:
-    """Numbers for JSON, which has none that is not finite."""
-    return [float(f"{value:.5g}") if math.isfinite(value) else None for value in np.asarray(values, float).tolist()]

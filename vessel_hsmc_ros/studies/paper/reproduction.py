@@ -10,10 +10,7 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.studies.paper.case_run import CaseResult, duration_of, make_case_folder, run_case_by_nodes, simulate_case
 from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, Case, of_law
-from vessel_hsmc_ros.studies.paper.checks import Claim, Results
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.paper.claims_page import claims_page
-from vessel_hsmc_ros.studies.paper.errata import FINDINGS
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, Claim, Results, claims_page
 from vessel_hsmc_ros.studies.paper.numbers import Numbers
 from vessel_hsmc_ros.studies.runs import scenario_run, worker_pool
 

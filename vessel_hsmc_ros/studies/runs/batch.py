@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.report.record import has_legs, hull_length, limits, measured
+from vessel_hsmc_ros.report.record import bounds, has_legs, hull_length, measured
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compile import is_compiled
 from vessel_hsmc_ros.simulation.compiled_loop import make_loop
@@ -119,13 +119,12 @@ def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
         if progress:
             progress(loop.done / samples)
     found = loop.evaluated()
-    surge, yaw = (min((limit.value for limit in found), default=np.inf) for found in limits(scenario))
     return evaluate_errors(
         found.time,
         found.error,
         found.wrench,
         commanded=found.command,
-        limits=(surge, yaw),
+        limits=bounds(scenario),
         hull_length=hull_length(scenario),
     )
 

@@ -1,4 +1,4 @@
-"""Runs a scenario by the nodes or offline, and writes its run folder: metrics, page, figures, summary."""
+"""Runs a scenario by the nodes or offline, or a fleet by the nodes, and writes its run folder: page, figures, summary."""
 
 import importlib.util
 import os
@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
+from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation import offline
@@ -204,11 +205,8 @@ def _evaluate_bag(result: Result, origin: Mapping[str, Any], requested_at: float
 def _evaluate_run(result: Result, scenario: Scenario, run: Run, origin: Mapping[str, Any], with_page: bool) -> None:
     """Evaluate a run that was computed in this process, and write page and figures if they are wanted."""
     from vessel_hsmc_ros import report
-    from vessel_hsmc_ros.report.record import measured, planned
 
-    metrics = measured(run, scenario)
-    record = report.with_verdict(report.Record(scenario.name, run, metrics, scenario=scenario, track=planned(scenario)))
-    _write_report(result, record, origin, with_page)
+    _write_report(result, report.analyse(scenario.name, run, scenario), origin, with_page)
 
 
 def _write_report(result: Result, record: "Record", origin: Mapping[str, Any], with_page: bool) -> None:
@@ -243,3 +241,51 @@ def _process_start() -> float:
     # Field 22 of stat, in clock ticks since boot; the command name before it may contain spaces, but ends with ")".
     after_boot = float(Path("/proc/self/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()[19])
     return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME) + after_boot / os.sysconf("SC_CLK_TCK")
+
+
+@contextmanager
+def reserve_namespaces(fleet: Fleet) -> Iterator[None]:
+    """A context in which no other run on this machine uses a namespace of the fleet; in lockstep, nor its /clock.
+
+    Raises RunError if ROS is not installed, or another run uses them.
+    """
+    with ExitStack() as held:
+        for number, namespace in enumerate(fleet.vessels):
+            held.enter_context(reserve_namespace(namespace, fleet.lockstep and number == 0))
+        yield
+
+
+def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bool = True) -> Result:
+    """Run a fleet by the real nodes over ROS 2 and record it into one bag.
+
+    Returns the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
+    """
+    supervisor_module()
+    from vessel_hsmc_ros.nodes.runs.fleet_supervision import spread, supervise_fleet
+
+    origin = origin_of(fleet.base, "lockstep" if fleet.lockstep else "real time", "")
+    folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
+    vessels = tuple(fleet.vessels)
+    processes = spread(vessels, fleet.base.vessel_sim.by_thrusters, fleet.lockstep)
+    status = supervise_fleet(folder, vessels, progress, processes)
+    result = Result(folder, status.code, status.failure, facts={"vessels": {}})
+    summarise(result, origin, lambda: _evaluate_fleet(result, origin, with_page))
+    return result
+
+
+def _evaluate_fleet(result: Result, origin: Mapping[str, Any], with_page: bool) -> None:
+    """Evaluate the bag, and write the summary, and page and figures if they are wanted."""
+    from vessel_hsmc_ros import report  # takes longer to import than the nodes take to start
+    from vessel_hsmc_ros.bags.reader import open_bag
+
+    shown = {name: origin[name] for name in report.ORIGIN if origin[name] not in (None, "")}
+    result.records = report.of_fleet(open_bag(result.folder.bag), shown)
+    result.facts["vessels"] = by_vessel(result.records)
+    write_results(result, origin)
+    if with_page:
+        write_page(result.folder, result.records, f"{origin['scenario']}, {len(result.records)} vessels")
+
+
+def by_vessel(records: Sequence["Record"]) -> dict[str, Any]:
+    """The metrics and facts of each vessel, for run.json."""
+    return {each.name: {"metrics": each.metrics._asdict() if each.metrics else None, **each.facts} for each in records}

@@ -23,7 +23,6 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import Instants, RateGrid, seconds
 from vessel_hsmc_ros.messages.topics import RELAYED
-from vessel_hsmc_ros.report.record import measured, planned
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import is_present
@@ -221,9 +220,7 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     recorded = replace(report.of_bag(bag.path, namespace), name="recorded")
     run = simulate(scenario)
     change = ", ".join(f"{name} = {value}" for name, value in changes.items())
-    track = planned(scenario)
-    made = report.Record(f"with {change}", run, measured(run, scenario, track=track), scenario=scenario, track=track)
-    repeated = report.with_verdict(made)
+    repeated = report.analyse(f"with {change}", run, scenario)
     folder = make_run_folder(output, f"{scenario.name}_again")
     folder.write_parameters(scenario)
     report.write(folder.report, [recorded, repeated], f"{scenario.name}, recorded and with {change}")

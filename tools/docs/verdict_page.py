@@ -1,12 +1,11 @@
-"""The generated parts of docs/verdict.md; `python -m vessel_hsmc_ros.studies.paper.verdict_page docs` writes them."""
+"""The generated parts of docs/verdict.md; `python tools/docs/verdict_page.py docs` writes them."""
 
 import re
 import sys
 from pathlib import Path
 
 from vessel_hsmc_ros.studies.paper.cases import LAWS, PRINTED, REPAIRED, of_law
-from vessel_hsmc_ros.studies.paper.checks import Results
-from vessel_hsmc_ros.studies.paper.claims_page import claims_that_hold
+from vessel_hsmc_ros.studies.paper.claims import Results, claims_that_hold
 from vessel_hsmc_ros.studies.paper.numbers import Numbers
 from vessel_hsmc_ros.studies.paper.reproduction import load
 
