@@ -48,7 +48,7 @@ def main() -> None:
     campaign = Campaign.load("strangers", arguments.draws, arguments.seed)
     unknown = set(arguments.variants) - set(campaign.variants)
     if unknown:
-        parser.error(f"--variants {', '.join(unknown)} is not allowed: the campaign has {', '.join(campaign.variants)}")
+        parser.error(f"--variants must be any of {', '.join(campaign.variants)} (got {', '.join(unknown)})")
     console = Console(width=130)
     drawn = range(arguments.draws)
     of_draw = (ships_of(campaign, draw, arguments.variants, changes) for draw in track(drawn, "drawing", console=console))

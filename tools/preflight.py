@@ -54,9 +54,9 @@ def interpreter(version: tuple[int, ...] = sys.version_info[:2], free_threaded: 
     shown = ".".join(map(str, version))
     other = "choose another one with `make PYTHON=python3.12 demo`"
     if not OLDEST <= version <= NEWEST:
-        return f"Python {shown} is not supported: it takes {OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}; {other}"
+        return f"Python {shown} is not supported: it must be {OLDEST[0]}.{OLDEST[1]} to {NEWEST[0]}.{NEWEST[1]}; {other}"
     if platform.python_implementation() != "CPython":
-        return f"{platform.python_implementation()} is not supported: it takes CPython; {other}"
+        return f"{platform.python_implementation()} is not supported: it must be CPython; {other}"
     if bool(sysconfig.get_config_var("Py_GIL_DISABLED")) if free_threaded is None else free_threaded:
         return f"the free-threaded Python {shown} is not supported: there is no rclpy for it; {other}"
     return ""
@@ -77,7 +77,7 @@ def machine(system: str = platform.system(), processor: str = platform.machine()
     if name != "glibc":
         return f"the C library of this Linux is not glibc, for which rclpy has wheels (Alpine has musl); {workspace}"
     if tuple(map(int, version.split(".")[:2])) < GLIBC:
-        return f"glibc {version} is too old: rclpy takes {GLIBC[0]}.{GLIBC[1]} or later, such as Debian 12 or Ubuntu 22.04 have"
+        return f"glibc {version} is too old: rclpy needs {GLIBC[0]}.{GLIBC[1]} or later, such as Debian 12 or Ubuntu 22.04 have"
     return ""
 
 
@@ -113,7 +113,7 @@ def disk(path: Path) -> str:
     free = shutil.disk_usage(path).free / 1e9
     if free >= DISK or (path / ".venv" / ".package").exists():
         return ""
-    return f"{free:.1f} GB are free in {path}, the environment takes {DISK:g} GB: free some, or clone to another disk"
+    return f"{free:.1f} GB are free in {path}, the environment needs {DISK:g} GB: free some, or clone to another disk"
 
 
 def has_message_wheel() -> bool:

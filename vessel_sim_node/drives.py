@@ -80,7 +80,7 @@ class ThrusterDemands:
         `value`: N, or rad. `now`: time of receipt, ns. Returns what is wrong with a demand that is ignored; otherwise nothing.
         """
         if not math.isfinite(value):
-            return f"{topic} = {value} is not allowed: it takes a finite number"
+            return f"{topic} must be a finite number (got {value})"
         self._set(topic, value)
         self._received[topic] = now
         return ""

@@ -72,7 +72,7 @@ def test_a_bag_without_odometry_is_refused_with_its_topics(tmp_path: Path) -> No
 
 def test_a_missing_field_or_topic_is_reported_with_those_that_exist(directory: Path) -> None:
     bag = open_bag(directory)
-    with pytest.raises(BagError, match=r"/odom has no field speed: it takes one of header\.stamp\.sec"):
+    with pytest.raises(BagError, match=r"/odom has no field speed: it must be one of header\.stamp\.sec"):
         bag["odom"]["speed"]
     with pytest.raises(BagError, match="has 0 topics named wind: it has /odom"):
         bag["wind"]

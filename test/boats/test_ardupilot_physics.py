@@ -104,7 +104,7 @@ def test_each_output_demands_a_share_of_what_its_thruster_has_ahead_or_astern(
 
 
 def test_a_wrong_number_of_outputs_is_an_error() -> None:
-    with pytest.raises(ParameterError, match="--servos 1 is not allowed: it takes 2 numbers"):
+    with pytest.raises(ParameterError, match=r"--servos must be 2 numbers.*got 1"):
         Physics(load_scenario("waypoints").vessel_sim, Wiring((1,), WIRING.pulses))
 
 

@@ -28,7 +28,7 @@ def built(**values: Any) -> MavlinkParameters:
 @pytest.mark.parametrize("numbers", [[1.0, 1.0], [1.0, 2.5]])
 def test_a_channel_that_two_thrusters_would_have_or_that_is_between_two_is_refused(name: str, numbers: list[float]) -> None:
     """Of two commands on one channel only the last would be sent."""
-    with pytest.raises(ParameterError, match=re.escape(f"mavlink.{name} = {numbers} is not allowed: it takes whole numbers")):
+    with pytest.raises(ParameterError, match=re.escape(f"mavlink.{name} must be different whole numbers (got {numbers})")):
         built(**{name: numbers})
     built(**{name: [4.0, 2.0]})
 
@@ -36,11 +36,14 @@ def test_a_channel_that_two_thrusters_would_have_or_that_is_between_two_is_refus
 @pytest.mark.parametrize(
     ("values", "reason"),
     [
-        ({"channels": [1.0]}, "mavlink.channels = [1.0] is not allowed: it takes 2 numbers, one a thruster"),
-        ({"servos": [1.0]}, "mavlink.servos = [1.0] is not allowed: it takes 2 numbers, or none"),
-        ({"radio_range": [1900.0, 1100.0]}, "mavlink.radio_range = [1900.0, 1100.0] is not allowed: it takes increasing widths"),
-        ({"vessel.thrusters.kinds": ["azimuth"]}, "mavlink.form = channels is not allowed with thrusters that turn"),
-        ({"vessel.thrusters.kinds": ["azimuth"], "form": "manual"}, "mavlink.servos = [1.0, 3.0] is not allowed with thrusters"),
+        ({"channels": [1.0]}, "mavlink.channels must be 2 numbers, one for each thruster (got [1.0])"),
+        ({"servos": [1.0]}, "mavlink.servos must be 2 numbers, or none (got [1.0])"),
+        ({"radio_range": [1900.0, 1100.0]}, "mavlink.radio_range must be increasing widths (got [1900.0, 1100.0])"),
+        ({"vessel.thrusters.kinds": ["azimuth"]}, "mavlink.form must be manual or guided with thrusters that turn"),
+        (
+            {"vessel.thrusters.kinds": ["azimuth"], "form": "manual"},
+            "mavlink.servos must be [] with thrusters that turn (got [1.0, 3.0])",
+        ),
     ],
 )
 def test_lists_that_do_not_fit_the_thrusters_are_refused_with_what_does(values: dict[str, Any], reason: str) -> None:

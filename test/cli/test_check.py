@@ -94,7 +94,7 @@ def test_mistakes_in_a_bag_are_an_error_and_named_for_programs_too(tmp_path: Pat
 def test_a_pulse_is_two_numbers_other_than_zero(pulse: str) -> None:
     result = check("--pulse", pulse, "--yes")
     assert isinstance(result.exception, ParameterError)
-    assert "it takes a force in N and a moment in N·m, both not 0" in str(result.exception)
+    assert "must be a force in N and a moment in N·m, both not 0" in str(result.exception)
 
 
 def test_a_scenario_in_the_place_of_a_bag_is_refused_with_what_to_give(tmp_path: Path) -> None:

@@ -44,9 +44,9 @@ def test_what_is_not_given_of_wind_and_current_is_that_of_the_scenario(reach: Re
 
 
 REFUSED = {
-    "a wind that is no number": (["--wind", "nan", "--wind-from", "3"], "--wind = nan is not allowed: it takes a finite number"),
-    "a wind beyond all storms": (["--wind", "99", "--wind-from", "3"], "it takes a finite number from 0 to 60 m/s"),
-    "a direction beyond the compass": (["--wind", "5", "--wind-from", "400"], "--wind-from = 400.0 is not allowed"),
+    "a wind that is no number": (["--wind", "nan", "--wind-from", "3"], "--wind must be a finite number"),
+    "a wind beyond all storms": (["--wind", "99", "--wind-from", "3"], "must be a finite number from 0 to 60 m/s"),
+    "a direction beyond the compass": (["--wind", "5", "--wind-from", "400"], "--wind-from must be"),
     "a wind from nowhere": (["--wind", "5"], "--wind-from must be given with --wind"),
     "a direction without a current": (["--current-to", "5"], "--current-to goes with --current"),
     "no corridor": (["--corridor", "0"], "--corridor must be a distance above 0 m (got 0 m)"),

@@ -26,7 +26,7 @@ def test_init_writes_a_scenario_that_loads_and_names_the_next_command(tmp_path: 
     *checked, last = output.strip().splitlines()
     assert last == f"scenario: {path}; next: {shell_command()} simulate {path}"
     assert checked[0].startswith("full surge force: 2.51 m/s; with the full yaw moment a turning circle of ")
-    assert checked[1].startswith("the circle takes 34 % of the surge force, ")
+    assert checked[1].startswith("the circle needs 34 % of the surge force, ")
     assert checked[2].startswith("follows its circle: position error ")
     assert "hierarchical" not in output  # the scenario is steered by guided
     assert load_scenario(path).controller.vessel.surge_force_limit == 300.0
@@ -91,7 +91,7 @@ def test_main_data_that_are_no_hull_data_cannot_be_given_with_a_vessel(tmp_path:
 
 
 def test_thrusters_without_a_layout_are_refused_and_write_nothing(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match="--thrusters is not allowed without --vessel"):
+    with pytest.raises(ParameterError, match="--thrusters needs --vessel"):
         call("init", str(tmp_path / "mine"), "--thrusters")
     with pytest.raises(ParameterError, match="thrusters"):
         call("init", str(tmp_path / "mine"), "--vessel", "paper_ship", "--thrusters")
@@ -117,7 +117,7 @@ def test_init_into_a_folder_that_does_not_exist_is_one_line(tmp_path: Path) -> N
 
 
 def test_init_rejects_data_out_of_range_and_writes_nothing(tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match=r"--mass = -5\.0 is not allowed"):
+    with pytest.raises(ParameterError, match=r"--mass must be .*got -5\.0"):
         call("init", str(tmp_path / "mine"), "--mass", "-5")
     assert list(tmp_path.iterdir()) == []
 
@@ -129,7 +129,7 @@ def test_simulate_warns_of_a_part_of_a_hull_on_standard_error(tmp_path: Path) ->
     assert isinstance(result.exception, ParameterError)
     path.write_text("/**: {ros__parameters: {vessel: {surge_inertia: 5e3}}}\n")
     result = CliRunner().invoke(cli, ["simulate", str(path), "--output", str(tmp_path)], standalone_mode=False)
-    assert "duration = 0 s" in str(result.exception)
+    assert "duration must be above 0 s" in str(result.exception)
     assert result.stderr.count("warning: ") == 3
 
 
@@ -193,19 +193,19 @@ def test_init_declares_a_lag_of_a_vessel_of_the_library_to_plant_and_law(tmp_pat
 @pytest.mark.parametrize(
     ("given", "allowed"),
     [
-        (("--thruster", "1,2"), "--thruster 1,2 is not allowed: it takes x,y,ahead,astern: x and y from -4 to 4 m"),
+        (("--thruster", "1,2"), "--thruster must be x,y,ahead,astern: x and y from -4 to 4 m"),
         (("--thruster", "1,9,10,10"), "x and y from -4 to 4 m"),
         (("--thruster", "1,0,0,10"), "thrust ahead above 0"),
         (("--thruster", "1,0,10,10"), "cannot give a surge force and a yaw moment independently"),
-        (("--thruster", "-1,0,1_0,10"), "--thruster -1,0,1_0,10 is not allowed"),
+        (("--thruster", "-1,0,1_0,10"), "--thruster must be"),
         (("--thruster", "nan,0,10,10"), "such as -1.5,0.5,100,60"),
         ((*TWIN, "--vessel", "otter"), "--thruster cannot be given with --vessel"),
-        (("--interface", "vrx"), "--interface vrx is not allowed without thrusters: give each by --thruster"),
-        (("--current", "5"), "--current = 5 m/s is not allowed: it takes less than the top speed, 2.51 m/s"),
-        (("--lag", "-1"), "--lag = -1.0 is not allowed: it takes a finite number from 0 to 60 s"),
+        (("--interface", "vrx"), "--interface vrx needs thrusters: give each with --thruster"),
+        (("--current", "5"), "--current must be less than the top speed, 2.51 m/s"),
+        (("--lag", "-1"), "--lag must be a finite number from 0 to 60 s"),
         (("--gps-noise", "1e3"), "from 0 to 100 m"),
         (("--gps-rate", "0"), "from 0.1 to 100 Hz"),
-        (("--top-speed", "200"), "--speed = 200.0 is not allowed"),
+        (("--top-speed", "200"), "--speed must be"),
     ],
 )
 def test_what_is_known_of_a_boat_is_checked_and_nothing_is_written(tmp_path: Path, given: tuple[str, ...], allowed: str) -> None:

@@ -34,9 +34,9 @@ def test_of_a_file_and_a_value_the_later_one_counts(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("vessel_sim.duration", "--set vessel_sim.duration is not allowed: it takes node.param=value"),
-        ("a.x=", "--set a.x= is not allowed: there is no value after the equals sign"),
-        ("a.x=[1", r"--set a.x=\[1 is not allowed: \[1 is not a YAML value"),
+        ("vessel_sim.duration", "--set must be node.param=value.*got vessel_sim.duration"),
+        ("a.x=", r"--set must have a value after the equals sign, .*got a\.x="),
+        ("a.x=[1", r"--set must have a YAML value after the equals sign \(got a\.x=\[1\)"),
     ],
 )
 def test_a_malformed_change_is_refused(text: str, message: str) -> None:

@@ -101,5 +101,5 @@ def test_a_datum_at_a_pole_or_nowhere_is_an_error(datum: tuple[float, float]) ->
 def test_the_limits_of_a_datum_are_whole_turns_and_the_poles(latitude: float, longitude: float) -> None:
     Plane(latitude, longitude)
     beyond = (latitude, math.copysign(360.001, longitude)) if abs(longitude) == 360.0 else (math.copysign(90.0, latitude), 0.0)
-    with pytest.raises(ParameterError, match="is not allowed: it takes a latitude"):
+    with pytest.raises(ParameterError, match="datum must be a latitude"):
         Plane(*beyond)

@@ -29,11 +29,11 @@ def test_no_thrust_is_neutral_and_thrusts_beyond_the_measured_ones_are_limited()
 @pytest.mark.parametrize(
     ("changes", "allowed"),
     [
-        ({"curve_thrusts": (1.0,)}, "one for each of 2 curve_pulses"),
+        ({"curve_thrusts": (1.0,)}, "must have one element for each of 2 curve_pulses"),
         ({"curve_pulses": (1900.0, 1100.0)}, "increasing numbers from 1000 to 2000 µs"),
-        ({"curve_thrusts": (50.0, -40.0)}, "finite numbers that increase"),
-        ({"curve_pulses": (1510.0, 1900.0)}, "-40 N at 1510 µs is not allowed: outside 1475 to 1525 µs"),
-        ({"curve_pulses": (1600.0, 1900.0)}, "a shorter one astern"),
+        ({"curve_thrusts": (50.0, -40.0)}, "must be increasing finite numbers"),
+        ({"curve_pulses": (1510.0, 1900.0)}, "must be negative below 1475 µs, positive above 1525 µs .* .got -40 N at 1510 µs"),
+        ({"curve_pulses": (1600.0, 1900.0)}, "exchanges ahead and astern"),
         ({"reversed": (0.5,)}, "values of 1 or -1"),
         ({"thrusters": ("port", "port")}, r"drive.pwm.thrusters must name each thruster once \(got \['port', 'port'\]\)"),
         ({"reversed": (1.0, 1.0, 1.0)}, "one or 2 values of 1 or -1"),

@@ -117,10 +117,10 @@ def test_reset_returns_to_the_start(mode: str) -> None:
         (
             "circle",
             {"radius": 0.0},
-            r"reference_ship\.circle\.radius = 0 m is not allowed: its magnitude must be at least 0\.01 m",
+            r"reference_ship\.circle\.radius must have a magnitude of at least 0\.01 m \(got 0 m\)",
         ),
-        ("square", {"side": 10.0, "corner_radius": 4.0}, "radius = 4 m does not fit a side of 10 m: it takes 0.02 to 2.72 m"),
-        ("square", {"side": 1000.0, "corner_radius": 1.0}, "it takes 2 to 272 m"),
+        ("square", {"side": 10.0, "corner_radius": 4.0}, "radius must be 0.02 to 2.72 m, for a side of 10 m .got 4 m"),
+        ("square", {"side": 1000.0, "corner_radius": 1.0}, "must be 2 to 272 m"),
     ],
 )
 def test_an_impossible_size_is_rejected_with_the_allowed_range(mode: str, values: Any, reason: str) -> None:
@@ -136,5 +136,5 @@ def test_the_default_corner_of_a_square_is_a_fifth_of_its_side() -> None:
 def test_without_sway_damping_a_line_is_feasible_and_a_circle_is_not() -> None:
     undamped = VesselParameters(sway_damping=0.0, sway_damping_quadratic=0.0, sway_damping_cubic=0.0)
     make_reference(replace(parameters("straight"), vessel=undamped), PERIOD)
-    with pytest.raises(ParameterError, match=r"drift angle of 89° .*; no speed is feasible, it takes a larger curve"):
+    with pytest.raises(ParameterError, match=r"drift angle of 89° .*; no speed is feasible; use a larger curve"):
         make_reference(replace(parameters("circle"), vessel=undamped), PERIOD)

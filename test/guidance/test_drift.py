@@ -86,5 +86,5 @@ def test_a_solution_that_takes_too_many_instants_is_refused_for_that_reason() ->
     route = Route([Element(straight(20.0), 0, turn=False), Element(turn(1.5, 10.0, 5.0), 0, turn=True)], (0.0, 0.0, 0.0))
     profile = SpeedProfile([Phase(route.length, 1.0, 1.0)])
     times = np.linspace(0.0, route.length, 50)
-    with pytest.raises(ParameterError, match=r"the drift angle along this path takes more than 200000 instants; a shorter path"):
+    with pytest.raises(ParameterError, match=r"the drift angle along this path needs more than 200000 instants; a shorter path"):
         drift_along(route, profile, times, BOAT, tolerance=2.3e-14)

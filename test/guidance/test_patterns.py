@@ -175,7 +175,7 @@ def test_a_vessel_sails_all_legs_of_a_polygon_with_its_own_turns() -> None:
     (stretch,) = track.stretches
     lengths = {element.leg: element.length for element in stretch.route.elements if not element.turn and element.leg != NO_LEG}
     assert [*lengths.values()] == pytest.approx([strip.leg for strip in legs.strips])
-    with pytest.raises(ParameterError, match="run_in = 0 m is not allowed with a rectangle or a polygon"):
+    with pytest.raises(ParameterError, match="run_in must be above 0 m with a rectangle or a polygon"):
         planned("lawnmower", **{**values, "run_in": 0.0})
     with pytest.raises(ParameterError, match="rectangle must be left out with a polygon"):
         planned("lawnmower", **values, rectangle=[0.0, 0.0, 100.0, 50.0])

@@ -186,13 +186,13 @@ def test_a_message_on_the_topic_takes_the_place_of_a_goal(bench: Any, start: Any
 @pytest.mark.parametrize(
     ("name", "fields", "reason"),
     [
-        ("follow_path", {"path": path()}, "path of 0 poses is not allowed"),
-        ("follow_path", {"path": path((1.0, 1.0), frame="map2")}, "path in frame 'map2' is not allowed"),
-        ("follow_path", {"path": path((1.0, math.nan))}, "pose 0 of the path with y = nan is not allowed"),
+        ("follow_path", {"path": path()}, "a path must have at least one pose"),
+        ("follow_path", {"path": path((1.0, 1.0), frame="map2")}, "(got 'map2')"),
+        ("follow_path", {"path": path((1.0, math.nan))}, "pose 0 of the path with y must be"),
         ("follow_path", {"path": path((570000.0, 7030000.0))}, "pose 0 of the path must be within 100 km of the reference"),
-        ("navigate_to_pose", {"pose": pose(1.0, 1.0, frame="earth")}, "goal in frame 'earth' is not allowed"),
-        ("navigate_to_pose", {"pose": pose(math.inf, 1.0)}, "goal with x = inf is not allowed"),
-        ("follow_waypoints", {"poses": []}, "path of 0 poses is not allowed"),
+        ("navigate_to_pose", {"pose": pose(1.0, 1.0, frame="earth")}, "(got 'earth')"),
+        ("navigate_to_pose", {"pose": pose(math.inf, 1.0)}, "goal with x must be"),
+        ("follow_waypoints", {"poses": []}, "a path must have at least one pose"),
         (
             "follow_waypoints",
             {"poses": [pose(9.0, 0.0)], "goal_index": 1},

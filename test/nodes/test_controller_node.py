@@ -117,14 +117,14 @@ def test_odometry_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any
     state = STATE.copy()
     state[place] = math.nan
     plant.send_odometry(0, state)
-    with pytest.raises(ControlError, match=rf"odometry with {named} is not allowed: all of it must be finite"):
+    with pytest.raises(ControlError, match=rf"odometry must be finite numbers \(got {named}\)"):
         bench.spin(2.0)
 
 
 def test_a_reference_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     plant.send_reference(0, acceleration=[0.0, math.inf, 0.0])
-    with pytest.raises(ControlError, match="reference with sway acceleration = inf is not allowed"):
+    with pytest.raises(ControlError, match=r"reference with sway acceleration must be .*got inf"):
         bench.spin(2.0)
 
 
@@ -213,7 +213,7 @@ def test_odometry_without_a_reference_of_its_stamp_is_reported_with_both_stamps(
     plant.connect(bench.start(ControllerNode))
     plant.send_odometry(STEP)
     plant.send_reference(STEP + 1)
-    found = "no command: in lockstep it takes inputs of one stamp, the latest are"
+    found = "no command: in lockstep it needs inputs of one stamp, the latest are"
     bench.until(lambda: statuses and statuses[-1].status[0].message.startswith(found))
     assert statuses[-1].status[0].level == DiagnosticStatus.WARN
     assert statuses[-1].status[0].message.endswith("odometry of 0.010000000 s and reference of 0.010000001 s")
@@ -231,7 +231,7 @@ def test_odometry_that_goes_on_without_a_reference_of_its_stamps_is_reported_whi
         step = next(steps) * STEP
         plant.send_reference(step + 1)
         plant.send_odometry(step)
-        return "in lockstep it takes inputs of one stamp" in node.status()[1]
+        return "in lockstep it needs inputs of one stamp" in node.status()[1]
 
     bench.until(reported)
     assert plant.commands == []

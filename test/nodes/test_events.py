@@ -111,7 +111,7 @@ def test_an_event_from_before_a_recorder_connected_is_in_its_bag(bench: Any, tmp
     node.close()
     (message,) = [message for _, _, message in open_bag(tmp_path / "bag").messages("events")]
     assert message.text == "controller.guided.position_gain: 1.5 -> 0.4"
-    assert conv.nanoseconds(message.header.stamp) < 0, "it takes effect at the first step"
+    assert conv.nanoseconds(message.header.stamp) < 0, "must be effect at the first step"
 
 
 def test_a_node_without_changeable_parameters_has_no_events(bench: Any, tmp_path: Path) -> None:

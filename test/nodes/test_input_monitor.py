@@ -40,10 +40,10 @@ def test_an_input_is_overdue_once_it_is_older_than_the_timeout(monitor: InputMon
     [
         (
             sample(0, "map"),
-            "odometry with frame 'map' is not allowed: it must be 'odom'; safety.freshness.frames_checked: false takes any",
+            "odometry must be in frame 'odom' (got 'map'); safety.freshness.frames_checked: false accepts any",
         ),
-        (sample(-10 * TIMEOUT), "odometry with a stamp 5 s old is not allowed: it takes at most 0.5 s"),
-        (sample(60 * TIMEOUT), "odometry with a stamp 30 s ahead is not allowed: it takes at most 0.1 s"),
+        (sample(-10 * TIMEOUT), "odometry must be stamped at most 0.5 s ago (got 5 s)"),
+        (sample(60 * TIMEOUT), "odometry must be stamped at most 0.1 s ahead (got 30 s)"),
     ],
 )
 def test_a_refused_sample_is_reported_with_its_value_and_what_is_allowed(
@@ -80,7 +80,7 @@ def test_odometry_that_waits_for_a_reference_of_its_stamp_is_reported_with_both_
     monitor.check(pending=7_000_000_000)
     monitor.check(pending=7_000_000_000)
     latest = "odometry of 7.000000000 s and reference of 6.990000001 s"
-    assert monitor.status() == (WARN, f"no command: in lockstep it takes inputs of one stamp, the latest are {latest}")
+    assert monitor.status() == (WARN, f"no command: in lockstep it needs inputs of one stamp, the latest are {latest}")
 
 
 def test_odometry_that_waits_no_longer_than_a_check_is_not_reported(monitor: InputMonitor) -> None:
@@ -94,9 +94,9 @@ def test_odometry_that_waits_no_longer_than_a_check_is_not_reported(monitor: Inp
 def test_an_input_that_is_overdue_because_it_was_refused_is_reported_with_the_reason(bench: Any, monitor: InputMonitor) -> None:
     bench.publisher(Odometry, "odom")
     bench.until(lambda: bench.probe.count_publishers("/odom"))
-    monitor.take("odometry", sample(0, number=math.nan), 0, 0, "odometry with x = nan is not allowed")
+    monitor.take("odometry", sample(0, number=math.nan), 0, 0, "odometry must be finite numbers (got x = nan)")
     monitor.report_overdue("odometry", Reason.OVERDUE, 0, "nothing is commanded")
-    assert monitor.status() == (ERROR, "odometry with x = nan is not allowed; ignored")
+    assert monitor.status() == (ERROR, "odometry must be finite numbers (got x = nan); ignored")
 
 
 def test_after_a_reset_samples_are_counted_anew(monitor: InputMonitor) -> None:

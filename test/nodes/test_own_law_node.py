@@ -49,7 +49,7 @@ def test_a_misspelt_parameter_of_an_own_law_is_refused_at_the_start(bench: Any) 
 
 
 def test_without_its_file_an_own_law_is_refused_with_the_remedy(bench: Any) -> None:
-    with pytest.raises(ParameterError, match=r"controller\.law = my_law is not allowed: .* needs --law-file FILE\.py"):
+    with pytest.raises(ParameterError, match=r"controller\.law must be .*\(got my_law\).* needs --law-file FILE\.py"):
         bench.start(ControllerNode, law="my_law", my_law__lookahead=3.0)
 
 

@@ -65,7 +65,7 @@ def test_publishers_that_live_all_count(bench: Any, start: Any, profile: str) ->
     end = time.monotonic() + SETTLED + 2.0
     bench.until(lambda: time.monotonic() > end or publishers.count() != 2)
     assert publishers.count() == 2
-    assert publishers.conflict().startswith("/cmd_wrench has 2 publishers and takes one")
+    assert publishers.conflict().startswith("/cmd_wrench has 2 publishers and may have one")
     assert publishers.conflict().endswith(f"They are /other, {bench.probe.get_fully_qualified_name()}")
     assert publishers.others() == "/other"
 

@@ -36,7 +36,7 @@ def test_all_topics_are_all_but_hidden_ones(bench: Any, tmp_path: Path) -> None:
 
 
 def test_an_invalid_regular_expression_is_refused(bench: Any, tmp_path: Path) -> None:
-    with pytest.raises(ParameterError, match=r"recorder\.regex = \(cam is not allowed: it takes a regular expression"):
+    with pytest.raises(ParameterError, match=r"recorder\.regex must be a regular expression.*got \(cam"):
         record(bench, tmp_path, regex="(cam")
     assert not (tmp_path / "bag").exists()
 

@@ -146,7 +146,7 @@ def test_the_limits_themselves_and_empty_lists_are_allowed(name: str, value: Any
 
 @pytest.mark.parametrize("key", ["gain", ".gain", "controller.", ""])
 def test_a_change_without_a_node_or_a_parameter_is_refused(key: str) -> None:
-    with pytest.raises(ParameterError, match="it takes node"):
+    with pytest.raises(ParameterError, match="must be node"):
         change_parameters(two_nodes(), {"vessel_sim.force": 1.0, key: 1.0})
 
 
@@ -269,7 +269,7 @@ def test_a_goal_is_sent_in_the_frame_of_the_reference_with_a_heading_of_zero_too
     assert (pose.position.x, pose.position.y) == (0.0, -3.0)
     assert 2.0 * math.atan2(pose.orientation.z, pose.orientation.w) == pytest.approx(expected)
     settings |= {"mode": "path", "frames": []}
-    with pytest.raises(RunError, match="takes no goal: its mode is path"):
+    with pytest.raises(RunError, match="accepts no goal: its mode is path"):
         send_goal(Talking([OWN]), 0.0, 0.0, 0.0)
     talking = Talking([])
     assert send_path(talking, [(1.0, 2.0, 0.0), (3.0, 4.0, 0.5)]).startswith("path sent; reference_ship reported no new path")

@@ -14,8 +14,8 @@ SENSORS: dict[str, tuple[dict[str, Any], str]] = {
     "exchanged": ({"fix": {"latitude": lambda c: c["longitude"] + 90.0}}, "are latitude and longitude, in degrees, exchanged"),
     "no position": ({"fix": {"latitude": lambda c: 0 * c["latitude"], "longitude": lambda c: 0 * c["longitude"]}}, "is at 0, 0"),
     "IMU of FRD": ({"imu": {"az": lambda c: -c["az"]}}, "it is FRD"),
-    "IMU in degrees": ({"imu": {"r": lambda c: np.degrees(c["r"])}}, "it takes rad/s, not degrees"),
-    "course in degrees": ({"course": {"value": lambda c: np.degrees(c["value"])}}, "it takes rad clockwise from north"),
+    "IMU in degrees": ({"imu": {"r": lambda c: np.degrees(c["r"])}}, "it must be in rad/s, not degrees"),
+    "course in degrees": ({"course": {"value": lambda c: np.degrees(c["value"])}}, "it must be in rad clockwise from north"),
     "mirror image": (
         {
             "fix": {

@@ -136,7 +136,7 @@ def test_black_boxes_are_in_the_folder_of_the_run_unless_another_is_given(given:
 
 @pytest.mark.parametrize("count", [0, -1, MAX_VESSELS + 1])
 def test_a_number_of_vessels_out_of_range_is_refused(count: int) -> None:
-    with pytest.raises(ParameterError, match=rf"{count} is not allowed: it takes 1 to {MAX_VESSELS}"):
+    with pytest.raises(ParameterError, match=rf"--vessels must be 1 to {MAX_VESSELS} .got {count}"):
         make_fleet(CASE, count)
 
 

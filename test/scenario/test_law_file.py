@@ -67,7 +67,7 @@ def test_a_file_that_is_read_again_replaces_its_laws(file: Path, laws: Registry)
 
 def test_a_scenario_alone_names_no_code(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(file.parent)  # where a file of the law's name lies
-    with pytest.raises(ParameterError, match=r"controller\.law = my_law is not allowed: .* needs --law-file FILE\.py"):
+    with pytest.raises(ParameterError, match=r"controller\.law must be .*\(got my_law\).* needs --law-file FILE\.py"):
         parse_scenario(SCENARIO, "s")
 
 
@@ -90,7 +90,7 @@ def test_the_parameters_of_a_law_are_those_of_the_controller(file: Path) -> None
         (
             "my_law.lookahead",
             -3.0,
-            "controller.my_law.lookahead = -3.0 is not allowed: it takes a finite number from 0.1 to 1000 m",
+            "controller.my_law.lookahead must be a finite number from 0.1 to 1000 m",
         ),
     ],
 )
@@ -124,17 +124,17 @@ def test_a_node_reads_the_files_of_its_options_and_returns_its_other_arguments(f
     assert law_file_options() == ["--law-file", str(file)]
     assert load_named_files([*law_file_options(), "other"]) == ["other"]
     assert list(laws.others) == ["my_law"]
-    with pytest.raises(ParameterError, match="--law-file is not allowed without a file"):
+    with pytest.raises(ParameterError, match="--law-file must be a Python file"):
         load_named_files(["--law-file"])
 
 
 WRONG = {
-    "has no law: it takes a subclass": "x = 1\n",
+    "has no law: it needs a subclass": "x = 1\n",
     ":2: SyntaxError: invalid syntax": "x = 1\nclass = 3\n",
     ":3: ZeroDivisionError: division by zero": "\ndef f():\n    return 1 / 0\nf()\n",
     ":1: ModuleNotFoundError: No module named 'not_anywhere'": "import not_anywhere\n",
     ":2: SystemExit: 3": "import sys\nsys.exit(3)\n",
-    "has no name: it takes a line such as": HEAD + LAW.format("A", ""),
+    "has no name: it needs a line such as": HEAD + LAW.format("A", ""),
     "is not a subclass of vessel_hsmc_ros.Law": "class A:\n    def step(self): ...\n",
     "law a lacks the method step": HEAD + 'class A(Law[P]):\n    name = "a"\n',
     "the name a is used by another law": HEAD + LAW.format("A", "a") + LAW.format("B", "a"),

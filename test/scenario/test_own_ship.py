@@ -130,7 +130,7 @@ def test_wind_is_written_as_a_force_with_gusts() -> None:
 
 
 def test_main_data_out_of_range_are_rejected() -> None:
-    with pytest.raises(ParameterError, match=r"init\.length = -4\.0 is not allowed: .* from 0\.1 to 1000 m"):
+    with pytest.raises(ParameterError, match=r"init\.length must be .* from 0\.1 to 1000 m \(got -4\.0\)"):
         schema.build(MainData, {"length": -4.0}, "init")
 
 

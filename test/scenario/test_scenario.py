@@ -42,7 +42,7 @@ def test_changes_override_the_file() -> None:
     ("changes", "error", "message"),
     [
         ({"controller.rate_hz": 50.0}, ParameterError, "unstable at controller.rate_hz = 50 Hz"),
-        ({"controller.rate_hz": 0.0}, ParameterError, r"controller\.rate_hz = 0\.0 .* from 1 to 1000 Hz"),
+        ({"controller.rate_hz": 0.0}, ParameterError, r"controller\.rate_hz must be .* from 1 to 1000 Hz .got 0\.0"),
         ({"pilot.rate_hz": 1.0}, ParameterError, r"pilot\.rate_hz is not a parameter: .* vessel_sim, reference_ship"),
         ({"vessel_sim.rate_hz": 150.0}, ScenarioError, r"controller\.rate_hz = 100 Hz does not fit vessel_sim\.rate_hz = 150 Hz"),
         ({"reference_ship.rate_hz": 50.0}, ScenarioError, r"does not fit reference_ship\.rate_hz = 50 Hz"),
@@ -60,13 +60,13 @@ def test_in_real_time_the_rates_need_not_be_multiples() -> None:
 
 def test_a_lockstep_run_with_late_odometry_cannot_ride_through_missing_inputs() -> None:
     late = {"vessel_sim.sensors.delay": 0.2, "controller.ride_through": True}
-    with pytest.raises(ScenarioError, match=r"vessel_sim\.sensors\.delay = 0\.2 s is not allowed in lockstep with"):
+    with pytest.raises(ScenarioError, match=r"vessel_sim\.sensors\.delay must be 0 s in lockstep with .*got 0\.2 s"):
         load_scenario("case2_tracking", late)
     load_scenario("case2_tracking", late | {"controller.lockstep": False})
 
 
 def test_an_unknown_scenario_is_rejected_with_the_known_names() -> None:
-    with pytest.raises(ScenarioError, match=r"case9 is unknown: it takes one of .*case2_tracking"):
+    with pytest.raises(ScenarioError, match=r"case9 is unknown: it must be one of .*case2_tracking"):
         load_scenario("case9")
     with pytest.raises(ScenarioError, match=r"nowhere\.yaml does not exist"):
         load_scenario("nowhere.yaml")
@@ -150,7 +150,7 @@ def test_a_parameter_given_twice_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        ("rate_hz: -5", r"boat\.yaml, line 4: controller\.rate_hz = -5\.0 is not allowed"),
+        ("rate_hz: -5", r"boat\.yaml, line 4: controller\.rate_hz must be .*got -5\.0"),
         ("rate_h: 5", r"boat\.yaml, line 4: controller\.rate_h is not a parameter"),
         ("law: [1,", r"boat\.yaml cannot be read: [^<]*, line "),
     ],
@@ -163,5 +163,5 @@ def test_an_error_in_a_file_names_the_file_and_the_line(tmp_path: Path, law: str
 
 def test_an_error_in_a_change_blames_no_file(tmp_path: Path) -> None:
     (tmp_path / "boat.yaml").write_text("controller:\n  ros__parameters:\n    rate_hz: 50.0\n")
-    with pytest.raises(ParameterError, match=r"^controller\.rate_hz = -5\.0 is not allowed"):
+    with pytest.raises(ParameterError, match=r"^controller\.rate_hz must be .*got -5\.0"):
         load_scenario(tmp_path / "boat.yaml", {"controller.rate_hz": -5.0})

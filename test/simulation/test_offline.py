@@ -106,7 +106,7 @@ def test_a_slower_law_holds_its_wrench_between_its_updates() -> None:
 
 
 def test_a_scenario_without_a_duration_is_refused() -> None:
-    with pytest.raises(ScenarioError, match="duration = 0 s goes on for ever"):
+    with pytest.raises(ScenarioError, match="duration must be above 0 s offline"):
         run_of(0.0)
 
 

@@ -44,7 +44,7 @@ def test_case_2_by_two_propellers_is_the_run_by_a_wrench() -> None:
 
 
 def test_thrusters_need_a_layout() -> None:
-    with pytest.raises(ParameterError, match=r"actuators\.kind = thrusters is not allowed without vessel\.thrusters\.names"):
+    with pytest.raises(ParameterError, match=r"actuators\.kind = thrusters needs vessel\.thrusters\.names"):
         load_scenario("case2_tracking", {"vessel_sim.actuators.kind": "thrusters"})
 
 

@@ -121,7 +121,7 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
     ),
     "no driver": (ends("/cmd_wrench", readers=()), "no node reads /cmd_wrench"),
     "driver of Twist": (ends("/cmd_wrench", readers=(Endpoint("driver", types.TWIST),)), "geometry_msgs/msg/Twist at driver"),
-    "slow": (every(10), "Hz: it takes 5 Hz"),
+    "slow": (every(10), "Hz: it must have at least 5 Hz"),
     "gaps": (times(gap), "silent for 2"),
     "no stamps": (columns(stamp=lambda c: 0.0 * c["stamp"]), "no stamps (0)"),
     "old stamps": (columns(stamp=lambda c: c["stamp"] - 3.0), "s old, above the time-out"),
@@ -152,7 +152,7 @@ MISTAKES: dict[str, tuple[Callable[[Connection], Connection], str]] = {
         columns(x=lambda c: 59.9 + c["x"] / 111e3, y=lambda c: 10.7 + c["y"] / 56e3),
         "latitude and longitude",
     ),
-    "twist in the world": (columns(u=lambda c: world(c).real, v=lambda c: world(c).imag), "twist_frame: parent takes that"),
+    "twist in the world": (columns(u=lambda c: world(c).real, v=lambda c: world(c).imag), "twist_frame: parent is for that"),
     "twist not filled in": (
         columns(u=lambda c: 0 * c["u"], v=lambda c: 0 * c["v"], r=lambda c: 0 * c["r"]),
         "is the twist not filled in?",

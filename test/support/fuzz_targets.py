@@ -100,7 +100,7 @@ def ranges(data: bytes) -> bool:
         lambda: parse_scenario(text, "fuzz"),
     ):
         if decided(read) is not None:
-            raise Finding(f"{node}.{name} = {value} was accepted: it takes {entry.allowed}")
+            raise Finding(f"{node}.{name} = {value} was accepted: it must be {entry.allowed}")
     return False
 
 

@@ -301,7 +301,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
         "another node publishes `cmd_wrench` as well",
         "0.1 s, by the graph",
         "steady clock",
-        f"{SAFE}; plant and thrust allocation take commands of one publisher only",
+        f"{SAFE}; plant and thrust allocation accept commands of one publisher only",
         "once the other publisher is gone, as after a fault",
         (Reason.SECOND_PUBLISHER,),
         (

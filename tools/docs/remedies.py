@@ -12,7 +12,7 @@ REMEDIES: dict[Reason, str] = {
     Reason.OUT_OF_ORDER: "Look for a second publisher or a repeater of the topic, or a network that reorders messages.",
     Reason.WRONG_FRAME: (
         "Set the publisher's frames, or `odometry.frames`, `odometry.body_frames` and `frame_prefix`; a message that names no"
-        " frame is taken, with a warning; `safety.freshness.frames_checked: false` takes any."
+        " frame is taken, with a warning; `safety.freshness.frames_checked: false` accepts any."
     ),
     Reason.NOT_FINITE: "Read the log of the publisher: it sends values that are not finite.",
     Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",

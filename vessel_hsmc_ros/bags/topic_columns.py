@@ -51,7 +51,7 @@ class Series:
     def __getitem__(self, name: str) -> Array:
         if name not in self._columns:
             if name not in (*self.fields, *TIMES):
-                raise BagError(f"{self.name} has no field {name}: it takes one of {', '.join(self.fields)}")
+                raise BagError(f"{self.name} has no field {name}: it must be one of {', '.join(self.fields)}")
             load_columns([self], (name,))
         return self._columns[name]
 

@@ -98,15 +98,15 @@ class Physics:
     def __init__(self, parameters: SimParameters, wiring: Wiring) -> None:
         self._thrusters = parameters.vessel.thrusters.thrusters() if parameters.by_thrusters else []
         if any(t.kind != FIXED for t in self._thrusters):
-            raise ParameterError("thrusters that turn are not allowed with ardupilot: it takes fixed ones")
+            raise ParameterError("vessel.thrusters.kinds must all be fixed with ardupilot")
         if len(wiring.servos) != (count := len(self._thrusters) or 2):
-            raise ParameterError(f"--servos {','.join(map(str, wiring.servos))} is not allowed: it takes {count} numbers")
+            raise ParameterError(f"--servos must be {count} numbers (got {','.join(map(str, wiring.servos))})")
         self._limits = within(parameters.actuators, parameters.vessel)
         limits = self._limits.surge_force_limit, self._limits.yaw_moment_limit
         if not self._thrusters and math.inf in limits:
             raise ParameterError(
-                f"vessel.surge_force_limit = {limits[0]:g} N and vessel.yaw_moment_limit = {limits[1]:g} N·m are not allowed with"
-                " ardupilot: full throttle and steering take finite ones"
+                "vessel.surge_force_limit and vessel.yaw_moment_limit must be finite with ardupilot, for full throttle and"
+                f" steering (got {limits[0]:g} N and {limits[1]:g} N·m)"
             )
         self._wiring, self._period = wiring, 1.0 / parameters.rate_hz
         self._plant = make_plant(replace(parameters, sensors=SensorParameters()), self._period)

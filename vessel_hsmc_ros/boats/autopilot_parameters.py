@@ -37,7 +37,7 @@ def numbers(default: tuple[float, ...], what: str, high: float) -> tuple[float, 
 
 def _check_numbers(name: str, values: Sequence[float]) -> None:
     if len(set(values)) < len(values) or any(value != int(value) for value in values):
-        raise ParameterError(f"mavlink.{name} = {list(values)} is not allowed: it takes whole numbers, each of them once")
+        raise ParameterError(f"mavlink.{name} must be different whole numbers (got {list(values)})")
 
 
 @dataclass(frozen=True)
@@ -109,24 +109,22 @@ class MavlinkParameters(CommonParameters):
         for name in ("pulses", "radio_range"):
             values = getattr(self, name)
             if list(values) != sorted(set(values)):
-                raise ParameterError(f"mavlink.{name} = {list(values)} is not allowed: it takes increasing widths")
+                raise ParameterError(f"mavlink.{name} must be increasing widths (got {list(values)})")
         for name in ("channels", "servos", "stick_channels"):
             _check_numbers(name, getattr(self, name))
         layout = self.vessel.thrusters
         if self.form == "channels" and not layout:
-            raise ParameterError("mavlink.form = channels is not allowed without vessel.thrusters: name the thrusters")
+            raise ParameterError("mavlink.form = channels needs vessel.thrusters: name the thrusters")
         turning = any(t.kind != FIXED for t in layout.thrusters())
         if turning and self.form == "channels":
-            raise ParameterError("mavlink.form = channels is not allowed with thrusters that turn: it takes manual or guided")
+            raise ParameterError("mavlink.form must be manual or guided with thrusters that turn (got channels)")
         if turning and self.servos:
-            raise ParameterError(f"mavlink.servos = {list(self.servos)} is not allowed with thrusters that turn: it takes []")
+            raise ParameterError(f"mavlink.servos must be [] with thrusters that turn (got {list(self.servos)})")
         count = len(layout.thrusters()) or 2
         if self.form == "channels" and len(self.channels) != count:
-            raise ParameterError(
-                f"mavlink.channels = {list(self.channels)} is not allowed: it takes {count} numbers, one a thruster"
-            )
+            raise ParameterError(f"mavlink.channels must be {count} numbers, one for each thruster (got {list(self.channels)})")
         if len(self.servos) not in (0, count):
-            raise ParameterError(f"mavlink.servos = {list(self.servos)} is not allowed: it takes {count} numbers, or none")
+            raise ParameterError(f"mavlink.servos must be {count} numbers, or none (got {list(self.servos)})")
 
     @property
     def mode_number(self) -> int:

@@ -69,7 +69,7 @@ class ThrustInput:
     def _take(self, topic: str, message: Float64) -> None:
         if not math.isfinite(message.data):
             self._refused += 1
-            text = f"{self._node.resolve_topic_name(topic)} = {message.data} is not allowed: it takes a finite number; ignored"
+            text = f"{self._node.resolve_topic_name(topic)} must be a finite number (got {message.data}); ignored"
             self._problem.report(WARN, text)
             self._node.get_logger().error(text, throttle_duration_sec=1.0)
             return
@@ -109,7 +109,7 @@ class DriveNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         if p.lockstep:
-            raise ParameterError("drive.lockstep = True is not allowed: a drive works in real time")
+            raise ParameterError("drive.lockstep must be false (got true): a drive works in real time")
         self._curve = p.pwm.curve()
         self._input: CommandInput | ThrustInput = (
             ThrustInput(self, p.pwm.thrusters, p.command_timeout)

@@ -66,7 +66,7 @@ class Handover:
         if not self._armed:
             return "the autopilot is disarmed"
         if self._present != self._mode:
-            return f"mode {self._name(self._present)}, commands take {self._name(self._mode)}"
+            return f"mode {self._name(self._present)}, commands need {self._name(self._mode)}"
         return "the autopilot reports a failsafe" if self._state in FAILSAFE else ""
 
     def _name(self, mode: int) -> str:

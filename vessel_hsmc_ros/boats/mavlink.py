@@ -64,7 +64,7 @@ class MavlinkNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         if p.lockstep:
-            raise ParameterError("mavlink.lockstep = True is not allowed: an autopilot works in real time")
+            raise ParameterError("mavlink.lockstep must be false (got true): an autopilot works in real time")
         self._link = Link(p.connection, p.baud, p.system_id, p.target_system)
         self._handover = Handover(p.mode_number, p.heartbeat_timeout, {number: name for name, number in SURFACE_MODES.items()})
         self._sticks = Sticks([int(c) for c in p.stick_channels], p.stick_threshold)

@@ -173,13 +173,13 @@ class Commands:
         if all(map(math.isfinite, pair)):
             self._twist = time.monotonic(), pair
         else:
-            self._refuse(f"cmd_vel = {pair} is not allowed: it takes finite numbers")
+            self._refuse(f"cmd_vel must be finite numbers (got {pair})")
 
     def _on_thrust(self, index: int, message: Float64) -> None:
         if math.isfinite(message.data):
             self._thrusts[index] = time.monotonic(), message.data
         else:
-            self._refuse(f"thrust = {message.data} is not allowed: it takes finite numbers")
+            self._refuse(f"thrust must be a finite number (got {message.data})")
 
     def present(self) -> Shares | None:
         """The command that holds now; None if there is none."""

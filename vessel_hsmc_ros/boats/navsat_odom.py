@@ -59,7 +59,7 @@ class NavsatOdometryNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         if p.lockstep:
-            raise ParameterError("navsat_odom.lockstep = True is not allowed: sensors work in real time")
+            raise ParameterError("navsat_odom.lockstep must be false (got true): sensors work in real time")
         self._plane = Plane(*p.datum) if p.datum else None
         self._heading: Heading | None = None
         self._first: NavSatFix | None = None
@@ -109,7 +109,7 @@ class NavsatOdometryNode(VesselNode):
         """Take a yaw in degrees, clockwise from north, from the place of the quaternion's z, and its rate in degrees a second."""
         yaw, rate = math.radians(message.orientation.z), math.radians(message.angular_velocity.z)
         if not (math.isfinite(yaw) and math.isfinite(rate)):
-            self._refuse("yaw or yaw rate that is not finite is not allowed")
+            self._refuse(f"yaw and yaw rate must be finite (got {yaw} and {rate})")
             return
         psi = 0.5 * math.pi - yaw + self.parameters.heading_offset
         self._heading = Heading(conversions.nanoseconds(message.header.stamp), psi, -rate)
@@ -125,7 +125,7 @@ class NavsatOdometryNode(VesselNode):
 
     def _take_heading(self, stamp: Any, q: Any, rate: float) -> None:
         if q.x == q.y == q.z == q.w == 0.0 or not all(map(math.isfinite, (q.x, q.y, q.z, q.w, rate))):
-            self._refuse("orientation that is not filled in or not finite is not allowed: it takes a quaternion of length 1")
+            self._refuse("orientation must be a quaternion of length 1 (got one that is not filled in, or not finite)")
             return
         psi = heading_from_quaternion(q.x, q.y, q.z, q.w) + self.parameters.heading_offset
         self._heading = Heading(conversions.nanoseconds(stamp), psi, rate)
@@ -203,7 +203,7 @@ class NavsatOdometryNode(VesselNode):
             return False
         if not (abs(message.latitude) < 90.0 and abs(message.longitude) <= 360.0 and (message.latitude or message.longitude)):
             self._refuse(
-                f"{name} at {message.latitude}, {message.longitude} is not allowed: it takes degrees, without the poles and 0, 0"
+                f"{name} must be in degrees, not at a pole and not at 0, 0 (got {message.latitude}, {message.longitude})"
             )
             return False
         return True

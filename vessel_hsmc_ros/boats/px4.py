@@ -57,7 +57,7 @@ class Px4Node(VesselNode):
         super().__init__(**options)
         p = self.parameters
         if p.lockstep:
-            raise ParameterError("px4.lockstep = True is not allowed: an autopilot works in real time")
+            raise ParameterError("px4.lockstep must be false (got true): an autopilot works in real time")
         modes = {getattr(VehicleStatus, n): n.removeprefix(MODE_PREFIX) for n in dir(VehicleStatus) if n.startswith(MODE_PREFIX)}
         self._handover = Handover(px4.OFFBOARD, p.heartbeat_timeout, modes)
         self._boot = BootClock()

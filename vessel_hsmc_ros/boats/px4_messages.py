@@ -18,7 +18,9 @@ NED, FRD, BODY = 1, 2, 3  # frames: aligned with north, turned from it by some f
 def problem(message: Any) -> str:
     """Why a message has no motion; empty if it has one."""
     if message.pose_frame not in (NED, FRD) or message.velocity_frame not in (message.pose_frame, BODY):
-        return f"frames {message.pose_frame} and {message.velocity_frame} are not allowed: pose 1 or 2, velocity the same or 3"
+        return (
+            f"frames must be 1 or 2 (pose), and the same or 3 (velocity) (got {message.pose_frame} and {message.velocity_frame})"
+        )
     parts = (message.position[:2], message.q, message.velocity, message.angular_velocity)
     names = ("position", "q", "velocity", "angular_velocity")
     wrong = [name for name, part in zip(names, parts, strict=True) if not all(map(math.isfinite, part))]

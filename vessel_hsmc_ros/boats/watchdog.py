@@ -43,7 +43,7 @@ class WatchdogNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         if p.lockstep:
-            raise ParameterError("watchdog.lockstep = True is not allowed: a watchdog works in real time")
+            raise ParameterError("watchdog.lockstep must be false (got true): a watchdog works in real time")
         self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
         self._command: Command = (0.0, 0.0)
         self._problem = RecentProblem()

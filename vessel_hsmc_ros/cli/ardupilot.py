@@ -26,7 +26,7 @@ def ardupilot(scenario: str, changes: tuple[str, ...], servos: str, pulses: str,
     loaded = load_checked(scenario, parse_changes(changes))
     widths = _numbers(pulses, "--pulses")
     if len(widths) != 3 or sorted(set(widths)) != widths:
-        raise ParameterError(f"--pulses {pulses} is not allowed: it takes three increasing widths")
+        raise ParameterError(f"--pulses must be three increasing widths (got {pulses})")
     physics = Physics(loaded.vessel_sim, Wiring(tuple(map(int, _numbers(servos, "--servos"))), Pulses(*widths)))
     try:
         serve(physics, (host, port), duration, print_line)
@@ -40,5 +40,5 @@ def _numbers(text: str, option: str) -> list[float]:
     except ValueError:
         found = []
     if not found or min(found) < 1.0:
-        raise ParameterError(f"{option} {text} is not allowed: it takes numbers from 1 on, with commas between them")
+        raise ParameterError(f"{option} must be numbers from 1 on, with commas between them (got {text})")
     return found

@@ -98,7 +98,7 @@ def _in_words(case: Case, limits: Limits) -> list[str]:
     used, lines = max(each.lag + each.dead_time for each in case.lags), [f"lowest control rate: {quantity(limits.rate, 'Hz')}"]
     if not math.isnan(limits.dead_time):
         most = quantity(used + limits.dead_time, "s")
-        lines.append(f"largest lag and dead time together: {most}, of which the actuators take {quantity(used, 's')}")
+        lines.append(f"largest lag and dead time together: {most}, of which the actuators use {quantity(used, 's')}")
     if case.speed:
         lines += [
             f"tightest turn at {quantity(case.speed, 'm/s')}: a radius of {quantity(limits.turn, 'm')}",

@@ -55,7 +55,7 @@ def check(
     """
     chosen = None if stack is None else interface(stack)
     if bag is not None and pulse is not None:
-        raise ParameterError("--pulse is not allowed with a bag: it takes running nodes")
+        raise ParameterError("--pulse cannot be given with a bag: it needs running nodes")
     if bag is not None and bag.suffix in (".yaml", ".yml") and bag.stem != "metadata":
         raise ParameterError(
             f"BAG must be a recording (got {bag}): run the scenario and give the bag of its run, or leave BAG out while its"
@@ -104,8 +104,8 @@ def _pulse(text: str) -> tuple[float, float]:
         force = moment = 0.0
     if not (0.0 < abs(force) < 1e12 and 0.0 < abs(moment) < 1e12):
         raise ParameterError(
-            f"--pulse {text} is not allowed: it takes a force in N and a moment in N·m, both not 0, such as 30,20, or with"
-            " drive.form = cmd_vel a speed in m/s and a yaw rate in rad/s, such as 0.5,0.2"
+            "--pulse must be a force in N and a moment in N·m, both not 0, such as 30,20, or with drive.form = cmd_vel a speed"
+            f" in m/s and a yaw rate in rad/s, such as 0.5,0.2 (got {text})"
         )
     return force, moment
 

@@ -118,7 +118,7 @@ def chosen(laws: str | None) -> list[str]:
     names = [name.strip() for name in laws.split(",") if name.strip()]
     for name in names or [laws]:
         if name not in LAWS:
-            raise ParameterError(f"--laws {name} is not allowed: it takes any of {', '.join(LAWS)}{meant(name, LAWS)}")
+            raise ParameterError(f"--laws must be any of {', '.join(LAWS)} (got {name}){meant(name, LAWS)}")
         if names.count(name) > 1:
             raise ParameterError(f"--laws must name each law once (got {laws})")
     return names

@@ -76,7 +76,9 @@ def _ship(name: str) -> "tuple[ShipParameters, str]":
         values = _hull_data(load_scenario(name).vessel_sim.vessel)
         section = tree(values)
     else:
-        raise ScenarioError(f"{name} is neither a vessel nor a scenario: it takes {', '.join(vessel_names())}, or a file")
+        raise ScenarioError(
+            f"{name} is neither a vessel nor a scenario: it must be one of {', '.join(vessel_names())}, or a file"
+        )
     text = yaml.safe_dump(section, sort_keys=False, default_flow_style=None)
     return ship_of(values), "\n".join(f"    {line}" for line in text.splitlines())
 

@@ -32,7 +32,7 @@ def goto(x: float, y: float, heading: float | None, heading_deg: float | None, d
         heading = math.radians(heading_deg)
     given = [x, y] if heading is None else [x, y, heading]
     if not all(map(math.isfinite, given)):
-        raise ParameterError(f"goal {' '.join(f'{value:g}' for value in given)} is not allowed: it takes finite numbers")
+        raise ParameterError(f"goal must be finite numbers (got {' '.join(f'{value:g}' for value in given)})")
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import send_goal
         from vessel_hsmc_ros.nodes.remote_actions import sail_to

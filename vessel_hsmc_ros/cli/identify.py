@@ -74,7 +74,7 @@ def identify(
     start = None if vessel is None else read_vessel(vessel)
     named = _columns(columns)
     if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
-        raise ParameterError(f"--held-out {min(again)} is not allowed: it is a run of the estimation, which judges nothing")
+        raise ParameterError(f"--held-out must be a run that the estimation does not use (got {min(again)})")
     topics = {key: options[key] for key in ("namespace", "odometry", "wrench")}
     runs = [_measurements(path, named, topics) for path in data]
     unused = [_measurements(path, named, topics) for path in held_out]
@@ -113,7 +113,7 @@ def _columns(given: Sequence[str]) -> dict[str, str]:
     """Columns of the CSV files by what they hold."""
     for text in given:
         if "=" not in text:
-            raise ParameterError(f"--column {text} is not allowed: it takes NAME=COLUMN")
+            raise ParameterError(f"--column must be NAME=COLUMN (got {text})")
     return {name: column for name, _, column in (text.partition("=") for text in given)}
 
 

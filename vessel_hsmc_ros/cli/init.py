@@ -66,9 +66,9 @@ def init(
     run on a circle, with --survey too.
     """
     if thrusters and vessel is None:
-        raise ParameterError("--thrusters is not allowed without --vessel: it takes the thrusters of a vessel, such as otter")
+        raise ParameterError("--thrusters needs --vessel: it uses the thrusters of a vessel, such as otter")
     if fixed and vessel is not None:
-        raise ParameterError("--thruster cannot be given with --vessel: --thrusters takes those of the vessel")
+        raise ParameterError("--thruster cannot be given with --vessel: --thrusters uses the thrusters of the vessel")
     connection = None if stack is None else interface(stack)
     path = Path(name).with_suffix(".yaml") if name.endswith((".yaml", ".yml")) else Path(f"{name}.yaml")
     given = {key: value for key, value in data.items() if value is not None}
@@ -76,7 +76,7 @@ def init(
     # Before it is written: a ship may be too extreme for the ranges.
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     if connection and "thruster_allocation" in connection.nodes and not scenario.vessel_sim.vessel.thrusters:
-        raise ParameterError(f"--interface {stack} is not allowed without thrusters: give each by --thruster x,y,ahead,astern")
+        raise ParameterError(f"--interface {stack} needs thrusters: give each with --thruster x,y,ahead,astern")
     _write(path, with_survey(text, survey_of(survey)) if survey else text)
     if connection:
         to = path.with_name(f"{path.stem}_{connection.name}.yaml")

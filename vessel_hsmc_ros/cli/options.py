@@ -176,7 +176,7 @@ def checked_namespace(namespace: str) -> str:
     """A namespace without slashes at its ends. Raises ParameterError if it is not a ROS namespace."""
     namespace = namespace.strip("/")
     if not NAMESPACE.fullmatch(namespace):
-        raise ParameterError(f"namespace {namespace} is not allowed: it takes names of letters, digits and _, separated by /")
+        raise ParameterError(f"namespace must be names of letters, digits and _, separated by / (got {namespace})")
     return namespace
 
 
@@ -205,15 +205,13 @@ def parse_changes(changes: Iterable[str], option: str = "--set") -> dict[str, ob
             continue
         key, equals, value = change.partition("=")  # at the first one: a regular expression may contain more
         if not equals:
-            raise ParameterError(f"{option} {change} is not allowed: it takes node.param=value")
+            raise ParameterError(f"{option} must be node.param=value (got {change})")
         if not value.strip():
-            raise ParameterError(
-                f"{option} {change} is not allowed: there is no value after the equals sign; '' is an empty text"
-            )
+            raise ParameterError(f"{option} must have a value after the equals sign, '' for an empty text (got {change})")
         try:
             parsed[key.strip()] = read_yaml(value)
         except yaml.YAMLError:
-            raise ParameterError(f"{option} {change} is not allowed: {value} is not a YAML value") from None
+            raise ParameterError(f"{option} must have a YAML value after the equals sign (got {change})") from None
     return parsed
 
 

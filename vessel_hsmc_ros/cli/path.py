@@ -41,7 +41,7 @@ def read_waypoints(path: Path) -> list[Waypoint]:
     except csv.Error as error:  # a field of more than a hundred thousand characters, for instance
         raise ScenarioError(f"path file {path} cannot be read: {error}") from None
     if not points:
-        raise ScenarioError(f"path file {path} has no waypoint: it takes x,y in each row")
+        raise ScenarioError(f"path file {path} has no waypoint: each row must be x,y")
     return points
 
 
@@ -71,13 +71,13 @@ def _names(row: Sequence[str], place: str) -> list[str]:
     """The names of the columns."""
     names = [cell.strip() for cell in row]
     if not {"x", "y"} <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
-        raise ScenarioError(f"{place}: columns {', '.join(names)} are not allowed: a path takes {FORM}")
+        raise ScenarioError(f"{place}: columns must be {FORM} (got {', '.join(names)})")
     return names
 
 
 def _ordered(row: Sequence[str], names: Sequence[str], place: str) -> list[str]:
     if len(row) != len(names):
-        raise ScenarioError(f"{place}: {','.join(row)} is not allowed: it takes {len(names)} numbers, {','.join(names)}")
+        raise ScenarioError(f"{place} must be {len(names)} numbers, {','.join(names)} (got {','.join(row)})")
     cells = dict(zip(names, row, strict=True))
     return [cells[name] for name in ("x", "y", "heading") if name in cells]
 
@@ -91,7 +91,7 @@ def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
         content = content.get("waypoints")
     # Of a list of six numbers it is not known whether they are three pairs, or two waypoints with a heading.
     if not isinstance(content, list) or (content and not any(isinstance(row, list) for row in content)):
-        raise ScenarioError(f"path file {path} has no list of waypoints: it takes [[x, y], [x, y], ...]")
+        raise ScenarioError(f"path file {path} has no list of waypoints: it must be [[x, y], [x, y], ...]")
     for number, row in enumerate(content, 1):
         yield f"waypoint {number}", row if isinstance(row, list) else [row]
 
@@ -102,8 +102,7 @@ def _waypoint(row: Sequence[Any], place: str) -> Waypoint:
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        shown = ",".join(map(str, row))
-        raise ScenarioError(f"{place}: {shown} is not allowed: it takes x,y or x,y,heading, finite numbers")
+        raise ScenarioError(f"{place} must be x,y or x,y,heading, finite numbers (got {','.join(map(str, row))})")
     x, y, *heading = numbers
     return x, y, heading[0] if heading else 0.0
 

@@ -143,7 +143,7 @@ def run(
     command repeats one run of a campaign and compares the metrics. With --vessels it runs several vessels at once.
     """
     if fleet and (campaign or faults or live_port):
-        raise click.UsageError("--vessels takes no --campaign, no --faults and no --live")
+        raise click.UsageError("--vessels cannot be given with --campaign, --faults or --live")
     namespace = checked_namespace(namespace)
     of_nodes = for_nodes(True, real_time, "" if fleet else namespace)
     if chosen := of_row(scenario, campaign, row, real_time or bool(changes or faults)):
@@ -151,7 +151,7 @@ def run(
     else:
         loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))
     if fleet and loaded.faults:
-        raise click.UsageError("--vessels takes no scenario with faults")
+        raise click.UsageError("--vessels cannot be given with a scenario that has faults")
     if fleet:
         sys.exit(run_vessels(loaded, output, namespace, *fleet))
     script = load_script(faults) if faults else loaded.faults

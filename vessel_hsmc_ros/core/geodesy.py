@@ -42,8 +42,8 @@ class Plane:
     def __init__(self, latitude: float, longitude: float) -> None:
         if not (abs(latitude) < 90.0 and abs(longitude) <= 360.0):
             raise ParameterError(
-                f"datum {latitude}, {longitude} is not allowed: it takes a latitude within -90 and 90 degrees, without the poles,"
-                " and a longitude within -360 and 360"
+                "datum must be a latitude between -90 and 90 degrees, without the poles, and a longitude from -360 to 360 degrees"
+                f" (got {latitude}, {longitude})"
             )
         from geographiclib.geodesic import Geodesic  # here: the command shows its help without the libraries of its verbs
 

@@ -59,14 +59,19 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     try:
         converted = _convert(entry.type, value)
     except (TypeError, ValueError, OverflowError):
-        raise ParameterError(f"{owner}.{entry.name} = {_brief(value)} is not allowed: it takes {entry.allowed}") from None
+        raise _refusal(entry, _brief(value), owner) from None
     numbers = converted if isinstance(converted, tuple) else (converted,)
     outside = any(_outside(entry, number) for number in numbers)
     wrong_length = entry.length is not None and len(numbers) != entry.length
     if outside or wrong_length or (entry.choices and converted not in entry.choices):
         remedy = meant(str(converted), entry.choices) + (f"; {entry.remedy}" if entry.remedy else "")
-        raise ParameterError(f"{owner}.{entry.name} = {shown(converted)} is not allowed: it takes {entry.allowed}{remedy}")
+        raise _refusal(entry, shown(converted), owner, remedy)
     return converted
+
+
+def _refusal(entry: Entry, given: str, owner: str, remedy: str = "") -> ParameterError:
+    """The error of a value that is not allowed, in the form of all such messages of this project."""
+    return ParameterError(f"{owner}.{entry.name} must be {entry.allowed} (got {given}){remedy}")
 
 
 def _brief(value: object) -> str:

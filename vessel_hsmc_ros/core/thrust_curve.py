@@ -57,18 +57,16 @@ def thrust_curve(neutral: float, deadband: float, pulses: Sequence[float], thrus
     """
     if len(pulses) != len(thrusts) or not pulses:
         raise ParameterError(
-            f"{name}.curve_thrusts has {len(thrusts)} elements: it takes one for each of {len(pulses)} curve_pulses"
+            f"{name}.curve_thrusts must have one element for each of {len(pulses)} curve_pulses (got {len(thrusts)})"
         )
     if not all(LOWEST <= p <= HIGHEST for p in pulses) or any(b <= a for a, b in pairwise(pulses)):
-        raise ParameterError(
-            f"{name}.curve_pulses = {list(pulses)} is not allowed: it takes increasing numbers from 1000 to 2000 µs"
-        )
+        raise ParameterError(f"{name}.curve_pulses must be increasing numbers from 1000 to 2000 µs (got {list(pulses)})")
     if any(b <= a for a, b in pairwise(thrusts)) or not all(map(math.isfinite, thrusts)):
-        raise ParameterError(f"{name}.curve_thrusts = {list(thrusts)} is not allowed: it takes finite numbers that increase, N")
+        raise ParameterError(f"{name}.curve_thrusts must be increasing finite numbers, N (got {list(thrusts)})")
     for p, t in zip(pulses, thrusts, strict=True):
         if abs(p - neutral) <= deadband or (p - neutral) * t <= 0.0:
             raise ParameterError(
-                f"{name}: {t:g} N at {p:g} µs is not allowed: outside {neutral - deadband:g} to {neutral + deadband:g} µs"
-                " a longer pulse gives thrust ahead, a shorter one astern (pwm.reversed exchanges them)"
+                f"{name}.curve_thrusts must be negative below {neutral - deadband:g} µs, positive above {neutral + deadband:g} µs"
+                f" and without a point between them (got {t:g} N at {p:g} µs); pwm.reversed exchanges ahead and astern"
             )
     return ThrustCurve(neutral, deadband, tuple(pulses), tuple(thrusts))

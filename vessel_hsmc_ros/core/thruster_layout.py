@@ -182,36 +182,36 @@ def _check_lists(layout: ThrusterLayout) -> None:
     for field in fields(layout):
         if len(values := getattr(layout, field.name)) not in (1, n):
             expected = f"{n} elements, as many as names, or one"
-            raise ParameterError(f"vessel.thrusters.{field.name} = {list(values)} is not allowed: it takes {expected}")
+            raise ParameterError(f"vessel.thrusters.{field.name} must have {expected} (got {list(values)})")
     for name in layout.names:
         if not NAME.fullmatch(name):
-            form = "a letter, then letters, digits and underscores, for the name of a topic"
-            raise ParameterError(f"vessel.thrusters.names has {name!r}, which is not allowed: it takes {form}")
+            form = "a letter, then letters, digits and underscores each, for the name of a topic"
+            raise ParameterError(f"vessel.thrusters.names must be {form} (got {name!r})")
         if layout.names.count(name) > 1:
             raise ParameterError(f"vessel.thrusters.names has {name} twice: each thruster needs a name of its own")
     for kind in layout.kinds:
         if kind not in KINDS:
-            raise ParameterError(f"vessel.thrusters.kinds has {kind!r}, which is not allowed: it takes {', '.join(KINDS)}")
+            raise ParameterError(f"vessel.thrusters.kinds must be of {', '.join(KINDS)} (got {kind!r})")
 
 
 def _check_thrusters(thrusters: list[Thruster]) -> None:
     for t in thrusters:
         if not t.thrust_ahead > 0.0:
-            raise ParameterError(f"thruster {t.name}: thrust_ahead = {t.thrust_ahead:g} N is not allowed: it must be above 0")
+            raise ParameterError(f"thruster {t.name}: thrust_ahead must be above 0 N (got {t.thrust_ahead:g} N)")
         if t.kind == AZIMUTH and 0.5 * math.pi < t.angle_limit < ALL_ROUND:
             raise ParameterError(
-                f"thruster {t.name}: angle_limit = {t.angle_limit:g} rad is not allowed:"
-                " an azimuth takes up to pi/2, or pi where it turns all the way round"
+                f"thruster {t.name}: angle_limit of an azimuth must be at most pi/2, or pi where it turns all the way round"
+                f" (got {t.angle_limit:g} rad)"
             )
         if t.kind == RUDDER and not (t.lift > 0.0 and 0.0 < t.angle_limit < 0.5 * math.pi):
             raise ParameterError(
-                f"thruster {t.name}: lift = {t.lift:g} N·s²/m² and angle_limit = {t.angle_limit:g} rad are not allowed:"
-                " a rudder takes a lift above 0 and an angle limit between 0 and pi/2"
+                f"thruster {t.name}: lift of a rudder must be above 0, and angle_limit between 0 and pi/2"
+                f" (got {t.lift:g} N·s²/m² and {t.angle_limit:g} rad)"
             )
     columns = [(ex, t.x * ey - t.y * ex) for t in thrusters for ex, ey, force in t.directions() if force]
     lever = max(math.hypot(t.x, t.y) for t in thrusters)
     if all(abs(a * d - b * c) <= 1e-9 * lever for a, b in columns for c, d in columns):
         raise ParameterError(
             f"vessel.thrusters = {', '.join(t.name for t in thrusters)} cannot give a surge force and a yaw moment independently:"
-            " place two fixed thrusters apart, or take a rudder or an azimuth away from the origin"
+            " place two fixed thrusters apart, or use a rudder or an azimuth away from the origin"
         )

@@ -142,7 +142,7 @@ def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
             raise ParameterError(f"{owner} has no {name}: a fault of kind {fault.kind} needs it")
     for name in given:
         if name not in allowed:
-            raise ParameterError(f"{owner}.{name} does not apply to kind {fault.kind}: it takes {', '.join(allowed)}")
+            raise ParameterError(f"{owner}.{name} does not apply to kind {fault.kind}, which has {', '.join(allowed)}")
 
 
 def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], owner: str) -> None:
@@ -152,20 +152,20 @@ def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], 
     """
     target = KINDS[fault.kind].target
     if target in ("topic", "actuator") and fault.topic not in topics:
-        raise ParameterError(f"{owner}.topic = {fault.topic} is not allowed: it takes one of {', '.join(topics)}")
+        raise ParameterError(f"{owner}.topic must be one of {', '.join(topics)} (got {fault.topic})")
     if target in ("node", "clock") and fault.node not in nodes and (fault.node or target == "node"):
-        raise ParameterError(f"{owner}.node = {fault.node} is not allowed: it takes one of {', '.join(nodes)}")
+        raise ParameterError(f"{owner}.node must be one of {', '.join(nodes)} (got {fault.node})")
     if target == "actuator" and fault.topic in ("odom", "reference"):
         actuators = ", ".join(topic for topic in topics if topic not in ("odom", "reference"))
-        raise ParameterError(f"{owner}.topic = {fault.topic} is no actuator: it takes one of {actuators}")
+        raise ParameterError(f"{owner}.topic must be an actuator, one of {actuators} (got {fault.topic})")
     if fault.kind == "lose_position" and fault.topic != "odom":
         raise ParameterError(f"{owner}.topic must be odom for kind lose_position (got {fault.topic})")
     if fault.kind == "restart" and fault.node == RECORDER:
-        raise ParameterError(f"{owner}.node = recorder is not allowed: a second recorder would overwrite the bag")
+        raise ParameterError(f"{owner}.node must not be recorder: a second recorder would overwrite the bag")
     if fault.kind == "kill" and fault.node == PLANT:
-        raise ParameterError(f"{owner}.node = vessel_sim is not allowed: the plant ends the run; restart brings it back")
+        raise ParameterError(f"{owner}.node must not be vessel_sim: the plant ends the run; restart brings it back")
     if fault.topic.startswith(THRUSTERS) and fault.kind in ("offset", "frame"):
-        raise ParameterError(f"{owner}.kind = {fault.kind} is not allowed: messages of {fault.topic} have no header")
+        raise ParameterError(f"{owner}.kind = {fault.kind} needs a header, which messages of {fault.topic} do not have")
 
 
 def check_mode(fault: Fault, lockstep: bool, owner: str) -> None:
@@ -177,4 +177,4 @@ def check_mode(fault: Fault, lockstep: bool, owner: str) -> None:
             f"{owner}.kind = {fault.kind} is not possible in lockstep, where time waits for every node: --real-time"
         )
     if fault.topic.startswith(THRUSTERS) and fault.kind in ("duplicate", "reorder"):
-        raise ParameterError(f"{owner}.kind = {fault.kind} is not possible in lockstep on {fault.topic}: it takes --real-time")
+        raise ParameterError(f"{owner}.kind = {fault.kind} is not possible in lockstep on {fault.topic}: it needs --real-time")

@@ -69,8 +69,7 @@ def periodic_drift(curve: Curve, s: Array, start: Array, speed: float, vessel: V
         return np.asarray(newton_krylov(residual, start, f_tol=TOLERANCE, maxiter=ITERATIONS))
     except (NoConvergence, ValueError, FloatingPointError):
         raise ParameterError(
-            f"no drift angle is found with which this hull travels the curve at {speed:g} m/s:"
-            " it takes a larger curve or less speed"
+            f"no drift angle is found with which this hull travels the curve at {speed:g} m/s: use a larger curve or less speed"
         ) from None
 
 

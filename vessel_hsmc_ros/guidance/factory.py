@@ -64,7 +64,7 @@ def _virtual_ship(parameters: "ReferenceShipParameters", period: float) -> Refer
         value, limit = getattr(parameters, name), getattr(vessel, f"{name}_limit")
         if vessel.name and abs(value) > limit:
             raise ParameterError(
-                f"reference_ship.{name} = {value:g} {unit} is not allowed: vessel.{name}_limit = {limit:g} {unit};"
+                f"reference_ship.{name} must be at most vessel.{name}_limit = {limit:g} {unit} (got {value:g} {unit});"
                 f" vessel-hsmc init NAME --vessel {vessel.name} writes a scenario that fits"
             )
     return ReferenceShip(parameters, period)

@@ -32,7 +32,7 @@ def _remedy(shape: Shape, pace: Pace, vessel: Vessel, limits: Demand) -> str:
     """What is feasible instead."""
     largest = _largest_speed(shape, pace, vessel, limits)
     if not largest:
-        return "no speed is feasible, it takes a larger curve"
+        return "no speed is feasible; use a larger curve"
     steady = demand(shape.curve, pace._replace(rise_time=0.0), vessel, limits.drift)
     remedy = f"the largest feasible speed is {largest:g} m/s"
     return remedy if _excesses(steady, limits) else f"with a rise_time of {pace.rise_time:g} s {remedy}, with a longer one more"

@@ -165,6 +165,6 @@ def check_points(points: StepsParameters | RampParameters, name: str) -> None:
     """
     times, values = list(points.times), list(points.values)
     if len(times) != len(values) or not times:
-        raise ParameterError(f"{name}.times = {times} does not fit {name}.values = {values}: it takes as many, and one at least")
+        raise ParameterError(f"{name}.times must be as many as {name}.values = {values}, and at least one (got {times})")
     if any(later <= earlier for earlier, later in pairwise(times)):
-        raise ParameterError(f"{name}.times = {times} is not allowed: it takes increasing times")
+        raise ParameterError(f"{name}.times must increase (got {times})")

@@ -132,7 +132,7 @@ def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, st
 def _spacing(p: LawnmowerParameters) -> float:
     """The spacing of a survey. Raises ParameterError if it is zero."""
     if abs(p.spacing) < SMALLEST:
-        raise ParameterError(f"{MODE}.spacing = {p.spacing:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
+        raise ParameterError(f"{MODE}.spacing must have a magnitude of at least {SMALLEST:g} m (got {p.spacing:g} m)")
     return p.spacing
 
 
@@ -207,8 +207,7 @@ def legs_of(rectangle: tuple[float, ...], heading: float, spacing: float, here: 
     """
     if len(rectangle) != 4 or min(rectangle[2:]) <= 0.0:
         raise ParameterError(
-            f"{MODE}.rectangle = {list(rectangle)} is not allowed: it takes x, y of the center, a positive"
-            " length and a positive width"
+            f"{MODE}.rectangle must be x, y of the center, a positive length and a positive width (got {list(rectangle)})"
         )
     x, y, length, width = rectangle
     gaps = max(1, math.ceil(width / abs(spacing) - ROUNDING))
@@ -261,7 +260,7 @@ def _survey(p: LawnmowerParameters, tables: list[Timetable], one: Stretch) -> Su
 def _of_area(p: LawnmowerParameters, legs: PolygonLegs, ship: Ship, start: tuple[float, float, float]) -> Survey:
     if p.run_in <= 0.0:
         raise ParameterError(
-            f"{MODE}.run_in = 0 m is not allowed with a rectangle or a polygon: it takes a way on which the ship turns to its leg"
+            f"{MODE}.run_in must be above 0 m with a rectangle or a polygon (got 0 m): the vessel turns to its first leg there"
         )
     elements, sections = survey_legs(replace(p, spacing=legs.spacing, run_in=0.0), ship.vessel, ship.limits, legs.strips)
     beginning = legs.begin - p.run_in * cmath.exp(1j * legs.course)

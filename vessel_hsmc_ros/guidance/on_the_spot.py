@@ -94,7 +94,7 @@ def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limi
             return table
         share *= SLOWER
     raise ParameterError(
-        f"reference_ship: a turn on the spot takes more than {LARGEST_SHARE:g} of vessel.yaw_moment_limit ="
+        f"reference_ship: a turn on the spot needs more than {LARGEST_SHARE:g} of vessel.yaw_moment_limit ="
         f" {limits.yaw_moment:g} N·m, even at {SLOWEST:g} of motion.yaw_acceleration; a smaller one would do"
     )
 

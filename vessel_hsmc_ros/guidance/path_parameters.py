@@ -67,10 +67,10 @@ def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
     """
     numbers = p.waypoints
     if len(numbers) % 2:
-        raise ParameterError(f"{PATH}.waypoints with {len(numbers)} numbers is not allowed: it takes x, y for each waypoint")
+        raise ParameterError(f"{PATH}.waypoints must be x, y for each waypoint (got {len(numbers)} numbers)")
     unknown = [corner for corner in p.corners if corner not in CORNERS]
     if unknown:
-        raise ParameterError(f"{PATH}.corners = {unknown[0]} is not allowed: it takes {', '.join(CORNERS)}")
+        raise ParameterError(f"{PATH}.corners must be any of {', '.join(CORNERS)} (got {unknown[0]})")
     n = len(numbers) // 2
     speeds, corners = _each("speeds", p.speeds, n), _each("corners", p.corners, n)
     holds, headings = _each("holds", p.holds, n), _each("headings", p.headings, n)

@@ -70,7 +70,7 @@ class PathReference(TimetableReference):
         what it returns, if the ship cannot sail along them.
         """
         if not points:
-            raise GoalError("a path of 0 waypoints is not allowed: it takes at least one")
+            raise GoalError("a path must have at least one waypoint (got 0)")
         waypoints = [p if isinstance(p, Waypoint) else Waypoint(complex(*p), THROUGH, self._speed) for p in points]
         table, begin = self.constants.table, steps * self.constants.period
 

@@ -101,7 +101,7 @@ def drift_along(
         most = min(max(SMALL_MESH, FINER * len(times)), LARGEST_MESH)
         found = solve_bvp(equation.rates, boundary, times, guess, tol=tolerance, max_nodes=most)
     if found.status == MESH_EXCEEDED:
-        raise ParameterError(f"the drift angle along this path takes more than {most} instants; a shorter path would do")
+        raise ParameterError(f"the drift angle along this path needs more than {most} instants; a shorter path would do")
     if not found.success or np.max(np.abs(found.y[0])) > 0.5 * math.pi:
         raise ParameterError("no drift angle is found with which this hull turns so at this speed")
     beta = found.sol(times)

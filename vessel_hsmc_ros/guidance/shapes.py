@@ -45,7 +45,7 @@ def size(default: float, description: str) -> float:
 
 def _checked(name: str, value: float) -> float:
     if abs(value) < SMALLEST:
-        raise ParameterError(f"reference_ship.{name} = {value:g} m is not allowed: its magnitude must be at least {SMALLEST:g} m")
+        raise ParameterError(f"reference_ship.{name} must have a magnitude of at least {SMALLEST:g} m (got {value:g} m)")
     return abs(value)
 
 
@@ -107,8 +107,8 @@ class SquareParameters:
         low, high = SHARPEST_CORNER * side, 0.5 * side / CORNER_EXTENT
         if not low <= radius <= high:
             raise ParameterError(
-                f"reference_ship.square.corner_radius = {radius:g} m does not fit a side of {side:g} m:"
-                f" it takes {low:.3g} to {high:.3g} m"
+                f"reference_ship.square.corner_radius must be {low:.3g} to {high:.3g} m, for a side of {side:g} m"
+                f" (got {radius:g} m)"
             )
         sizes = f"side {side:g} m with corners of {radius:g} m"
         return Shape(Square(side, radius), math.copysign(1.0, self.side), sizes)

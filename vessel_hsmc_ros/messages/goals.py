@@ -32,9 +32,7 @@ def read_goal(
     # A quaternion need not be normalised, as its heading does not depend on its length; only 0 and infinity have no heading.
     squared = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
     if not SHORTEST_QUATERNION <= squared < math.inf:
-        raise GoalError(
-            f"goal with an orientation of length {math.sqrt(squared):.3g} is not allowed: it takes a quaternion of length 1"
-        )
+        raise GoalError(f"orientation of the goal must be a quaternion of length 1 (got length {math.sqrt(squared):.3g})")
     stamp = nanoseconds(message.header.stamp)
     return position.x, position.y, heading_from_quaternion(q.x, q.y, q.z, q.w), seconds(stamp) if stamp else None
 
@@ -48,7 +46,7 @@ def read_path(message: Any, frames: Collection[str] = (WORLD,), here: Here = (0.
     """
     _require_frame(message.header.frame_id, frames, "path")
     if not message.poses:
-        raise GoalError("path of 0 poses is not allowed: it takes at least one")
+        raise GoalError("a path must have at least one pose (got 0)")
     points = []
     for number, stamped in enumerate(message.poses):
         if stamped.header.frame_id:  # often left empty: then the path's own frame counts
@@ -67,7 +65,7 @@ def path_event(points: Sequence[tuple[float, float]]) -> str:
 
 def _require_frame(found: str, frames: Collection[str], what: str) -> None:
     if found not in frames:
-        raise GoalError(f"{what} in frame '{found}' is not allowed: it takes frame {' or '.join(frames)}")
+        raise GoalError(f"{what} must be in frame {' or '.join(frames)} (got '{found}')")
 
 
 def _require_near(position: Any, here: Here, what: str) -> None:
@@ -83,4 +81,4 @@ def _require_near(position: Any, here: Here, what: str) -> None:
 def _require_finite(numbers: dict[str, float], what: str) -> None:
     wrong = ", ".join(f"{name} = {value}" for name, value in numbers.items() if not math.isfinite(value))
     if wrong:
-        raise GoalError(f"{what} with {wrong} is not allowed: all of it must be finite numbers")
+        raise GoalError(f"{what} must be finite numbers (got {wrong})")

@@ -80,4 +80,4 @@ def check_field(kind: str, field: str, owner: str) -> None:
     except (AttributeError, IndexError, KeyError, TypeError):
         value = None
     if not isinstance(value, float):
-        raise ParameterError(f"{owner} = {field} is not allowed: it takes a floating-point number of {kind}")
+        raise ParameterError(f"{owner} must be a floating-point number of {kind} (got {field})")

@@ -127,12 +127,12 @@ class CommandInput:
         age = seconds(now - sample.stamp)
         last, timeout = seconds(self._freshness.last or 0), seconds(self._freshness.timeout)
         what = {
-            Reason.STAMP_OLD: f"stamped {age:.3f} s ago is not allowed: at most {timeout:g} s are",
-            Reason.STAMP_FUTURE: f"stamped {-age:.3f} s ahead is not allowed: at most {self._future:g} s are",
-            Reason.WRONG_FRAME: f"in frame '{sample.frame}' is not allowed: it takes frame {self._frame}",
-            Reason.NOT_FINITE: f"({sample.values[0]} N, {sample.values[1]} N·m) is not allowed: both must be finite numbers",
+            Reason.STAMP_OLD: f"must be stamped at most {timeout:g} s ago (got {age:.3f} s)",
+            Reason.STAMP_FUTURE: f"must be stamped at most {self._future:g} s ahead (got {-age:.3f} s)",
+            Reason.WRONG_FRAME: f"must be in frame {self._frame} (got '{sample.frame}')",
+            Reason.NOT_FINITE: f"must be finite numbers (got {sample.values[0]} N, {sample.values[1]} N·m)",
         }
-        order = f"stamped {seconds(sample.stamp):.9f} s is not allowed after that of {last:.9f} s: stamps increase"
+        order = f"must be stamped after the last one, {last:.9f} s (got {seconds(sample.stamp):.9f} s)"
         return f"commanded wrench {what.get(reason, order)}"
 
 

@@ -134,7 +134,7 @@ def publishing(node: Node, topic: str) -> list[str]:
 def shared_text(node: Node, topic: str, publishers: int) -> str:
     """That a topic has more publishers than the one it takes, with the names of their nodes."""
     names = ", ".join(publishing(node, topic))
-    text = f"{topic} has {publishers} publishers and takes one: does another run use this ROS domain and namespace?"
+    text = f"{topic} has {publishers} publishers and may have one: does another run use this ROS domain and namespace?"
     return f"{text} They are {names}" if names else text
 
 

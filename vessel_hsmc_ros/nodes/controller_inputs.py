@@ -35,7 +35,7 @@ class Measured(NamedTuple):
     def wrong(self) -> str:
         """Which of its numbers are not finite; empty if all are."""
         found = conversions.not_finite(self.motion)
-        return f"odometry with {found} is not allowed: all of it must be finite numbers" if found else ""
+        return f"odometry must be finite numbers (got {found})" if found else ""
 
 
 class Desired(NamedTuple):
@@ -49,7 +49,7 @@ class Desired(NamedTuple):
     def wrong(self) -> str:
         """Which of its numbers are not finite; empty if all are."""
         found = conversions.not_finite(self.motion, self.acceleration)
-        return f"reference with {found} is not allowed: all of it must be finite numbers" if found else ""
+        return f"reference must be finite numbers (got {found})" if found else ""
 
 
 def read_odometry(message: Odometry, twist_frame: str = "child") -> Measured:

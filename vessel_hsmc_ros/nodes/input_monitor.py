@@ -152,16 +152,16 @@ class InputMonitor:
     def _refused(self, name: str, sample: Sample, reason: Reason, now: int) -> str:
         """Why a sample is refused, with its value and what is allowed."""
         if reason is Reason.WRONG_FRAME:
-            return f"{name} with {self._wrong_frame(name, sample)}"
+            return f"{name} {self._wrong_frame(name, sample)}"
         off = seconds(sample.stamp - now)
-        p, repeated = self._parameters, "it must be later than the last one"
+        p = self._parameters
         texts = {
-            Reason.NOT_FINITE: "a number that is not finite is not allowed: all of it must be finite numbers",
-            Reason.UNCERTAIN: f"a variance of {sample.covariance:g} m² is not allowed: at most {p.covariance_limit:g} m²",
-            Reason.STAMP_OLD: f"a stamp {-off:.3g} s old is not allowed: it takes at most {self._timeout:g} s",
-            Reason.STAMP_FUTURE: f"a stamp {off:.3g} s ahead is not allowed: it takes at most {p.future_tolerance:g} s",
+            Reason.NOT_FINITE: "must be finite numbers",
+            Reason.UNCERTAIN: f"must have a variance of at most {p.covariance_limit:g} m² (got {sample.covariance:g} m²)",
+            Reason.STAMP_OLD: f"must be stamped at most {self._timeout:g} s ago (got {-off:.3g} s)",
+            Reason.STAMP_FUTURE: f"must be stamped at most {p.future_tolerance:g} s ahead (got {off:.3g} s)",
         }
-        return f"{name} with {texts.get(reason, f'a stamp of {seconds(sample.stamp):.9f} s is dropped: {repeated}')}"
+        return f"{name} {texts.get(reason, f'must be stamped after the last one (got {seconds(sample.stamp):.9f} s)')}"
 
     def _wrong_frame(self, name: str, sample: Sample) -> str:
         """The frames of a sample, and those that it may have."""
@@ -169,8 +169,8 @@ class InputMonitor:
         pairs = zip((sample.frame, sample.child_frame), freshness.frames, strict=True)
         given, needed = zip(*((repr(frame), " or ".join(map(repr, allowed))) for frame, allowed in pairs if allowed), strict=True)
         before = " as before" if freshness.narrowed else ""
-        remedy = "safety.freshness.frames_checked: false takes any"
-        return f"frame {' and '.join(given)} is not allowed: it must be {' and '.join(needed)}{before}; {remedy}"
+        remedy = "safety.freshness.frames_checked: false accepts any"
+        return f"must be in frame {' and '.join(needed)}{before} (got {' and '.join(given)}); {remedy}"
 
     def narrow(self, name: str, frames: tuple[str, ...]) -> None:
         """Take samples of an input in some of its frames only."""
@@ -184,4 +184,4 @@ class InputMonitor:
 
     def _mismatch(self) -> str:
         latest = " and ".join(f"{name} of {seconds(self._stamps[name]):.9f} s" for name in self._topics)
-        return f"no command: in lockstep it takes inputs of one stamp, the latest are {latest}"
+        return f"no command: in lockstep it needs inputs of one stamp, the latest are {latest}"

@@ -105,7 +105,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
         if self.lifecycle == "inactive":
             self.trigger_activate()
         elif self.lifecycle != "active":
-            self._refusal = f"the node is {self.lifecycle}: it takes a transition to inactive first"
+            self._refusal = f"the node is {self.lifecycle}: it needs a transition to inactive first"
         return self.lifecycle == "active"
 
     def activate_quietly(self) -> bool:

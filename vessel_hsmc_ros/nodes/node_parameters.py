@@ -39,7 +39,7 @@ def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
         elif node.has_parameter(name) and node.get_parameter(name).value != rule.value:
             result = node.set_parameters([Parameter(name, value=rule.value)])[0]
             if not result.successful:
-                raise ParameterError(f"{name} = {rule.value} is not allowed: {result.reason}{_source(rule)}")
+                raise ParameterError(f"{name} cannot be {rule.value}: {result.reason}{_source(rule)}")
     return given
 
 
@@ -110,7 +110,7 @@ def descriptor(entry: schema.Entry) -> ParameterDescriptor:
     """The descriptor of a declared parameter, as `ros2 param describe` shows it."""
     described = ParameterDescriptor(
         description=entry.description + (f" [{entry.unit}]" if entry.unit else ""),
-        additional_constraints=f"It takes {entry.allowed}.",
+        additional_constraints=f"Must be {entry.allowed}.",
         read_only=not entry.tunable,
     )
     if entry.type is float and entry.low is not None and entry.high is not None:

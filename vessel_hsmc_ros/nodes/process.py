@@ -214,7 +214,7 @@ def unknown_argument(others: Sequence[str]) -> str:
 
 def _parameter(entry: schema.Entry) -> str:
     head = f"{'*' if entry.tunable else ' '} {entry.name} = {_shown(entry.default)}"
-    meaning = f"{entry.description.rstrip('.')}. It takes {entry.allowed}."
+    meaning = f"{entry.description.rstrip('.')}. Must be {entry.allowed}."
     return "\n".join([head, *textwrap.wrap(meaning, HELP_WIDTH, initial_indent="      ", subsequent_indent="      ")])
 
 

@@ -191,11 +191,11 @@ class Compatibility:
         for name in sorted(self._given()):
             policy = name.rpartition(".")[2]
             if policy not in POLICIES:
-                raise ParameterError(f"{name} is not allowed: a policy is one of {', '.join(POLICIES)}")
+                raise ParameterError(f"{name} is not a policy: it must be one of {', '.join(POLICIES)}")
             value, values = self._node._parameter_overrides[name].value, POLICIES[policy]
             if value not in values if values else type(value) is not int or value < 1:
                 allowed = f"one of {', '.join(values)}" if values else "an integer of at least 1"
-                raise ParameterError(f"{name} = {value} is not allowed: it takes {allowed}")
+                raise ParameterError(f"{name} must be {allowed} (got {value})")
 
     def unused(self) -> str:
         """The overrides that belong to no publisher or subscription of the node; empty if all do."""

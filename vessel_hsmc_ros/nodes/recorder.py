@@ -46,9 +46,7 @@ class TopicChoice:
                 re.compile(getattr(self, name))
             except re.error as error:
                 text = getattr(self, name)
-                raise ParameterError(
-                    f"recorder.{name} = {text} is not allowed: it takes a regular expression ({error})"
-                ) from None
+                raise ParameterError(f"recorder.{name} must be a regular expression (got {text}: {error})") from None
 
     @property
     def open_ended(self) -> bool:

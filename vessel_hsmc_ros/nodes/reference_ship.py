@@ -170,7 +170,7 @@ class ReferenceShipNode(VesselNode):
         """
         last = self._goal_stamp
         if stamp is not None and last is not None and 0.0 < last - stamp <= REORDERED:
-            raise GoalError(f"goal of {stamp:.3f} s is not allowed after that of {last:.3f} s: goals are taken in order")
+            raise GoalError(f"goal must be stamped after the last one, {last:.3f} s (got {stamp:.3f} s)")
         self._goal_stamp = stamp
 
     def _on_path(self, message: Path) -> None:
@@ -247,8 +247,8 @@ class ReferenceShipNode(VesselNode):
                 self.create_subscription(kind, topic, partial(self._reject, mode, topic), qos.STREAM)
 
     def _reject(self, mode: str, topic: str, _message: Any) -> None:
-        takes = f"it takes --set reference_ship.mode={mode} at the start"
-        self._refused = f"message on {topic} ignored in mode {self.parameters.mode}: {takes}"
+        start = f"start it with --set reference_ship.mode={mode}"
+        self._refused = f"message on {topic} ignored in mode {self.parameters.mode}: {start}"
         self.get_logger().error(self._refused, throttle_duration_sec=5.0)
 
     def retune(self, parameters: ReferenceParameters) -> None:

@@ -220,7 +220,7 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
     for key, value in changes.items():
         node, dot, name = key.partition(".")
         if not (node and dot and name):
-            raise ParameterError(f"{key} is not a parameter: it takes node.parameter, such as controller.guided.position_gain")
+            raise ParameterError(f"{key} is not a parameter: it must be node.parameter, such as controller.guided.position_gain")
         if node not in NODE_NAMES and (close := difflib.get_close_matches(node, NODE_NAMES, n=1)):
             raise ParameterError(f"{node} is not a node: did you mean {close[0]}?")
         by_node.setdefault(node, {})[name] = value
@@ -275,8 +275,8 @@ def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parame
     kind = Parameter.Type(descriptor.type)
     if kind in (Parameter.Type.DOUBLE, Parameter.Type.DOUBLE_ARRAY):
         value = [_as_float(item) for item in value] if isinstance(value, list) else _as_float(value)
-    takes = descriptor.additional_constraints.rstrip(".") or f"It takes a value of type {kind.name.lower()}"
-    refused = ParameterError(f"{name} = {value} is not allowed: {takes[0].lower()}{takes[1:]}")
+    must_be = descriptor.additional_constraints.rstrip(".") or f"Must be a value of type {kind.name.lower()}"
+    refused = ParameterError(f"{name} {must_be[0].lower()}{must_be[1:]} (got {value})")
     if kind is Parameter.Type.INTEGER and isinstance(value, bool):  # which Python counts among the integers
         raise refused
     try:
@@ -352,7 +352,7 @@ def frame_of(remote: Remote, *modes: str) -> str:
     values = get_parameters(remote, REFERENCE, ("mode", "frame_prefix", "frames"))
     if values["mode"] not in modes:
         raise RunError(
-            f"{remote.name(REFERENCE)} takes no {modes[0]}: its mode is {values['mode']};"
+            f"{remote.name(REFERENCE)} accepts no {modes[0]}: its mode is {values['mode']};"
             f" start the run with --set reference_ship.mode={modes[0]}"
         )
     return str(values["frame_prefix"]) + str([*values["frames"], conversions.WORLD][0])

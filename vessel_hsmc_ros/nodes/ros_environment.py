@@ -99,7 +99,7 @@ def start_error(error: Exception) -> str:
     if _NOT_BUILT_IN in text:
         return f"{ENABLE} is true, but this Fast DDS has no security: a ROS 2 installation has one, see docs/security.md"
     if not (keystore := os.environ.get(KEYSTORE)):
-        return f"{ENABLE} is true, but {KEYSTORE} is not set: it takes the folder of a keystore, see docs/security.md"
+        return f"{ENABLE} is true, but {KEYSTORE} is not set: it must be the folder of a keystore, see docs/security.md"
     return f"{ENABLE} is true, but keystore {keystore} does not serve: {text}"
 
 

@@ -47,7 +47,7 @@ class ThrusterAllocationNode(VesselNode):
         super().__init__(**options)
         self._layout = self.parameters.vessel.thrusters
         if not self._layout:
-            raise ParameterError("thruster_allocation.vessel.thrusters.names = [''] is not allowed: name at least one thruster")
+            raise ParameterError("thruster_allocation.vessel.thrusters.names must name at least one thruster (got [''])")
         self._allocation = Allocation(self._layout)
         self._input = CommandInput(self, "cmd_wrench", self.parameters.command_timeout)
         self._pending: list[tuple[int, Command | None]] = []

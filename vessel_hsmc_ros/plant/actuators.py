@@ -40,8 +40,8 @@ class ActuatorParameters:
 
     kind: str = parameter(
         "wrench",
-        "What drives the ship: wrench takes cmd_wrench as it is, with the limits, lags and dead times of this group;"
-        " thrusters takes the demands of vessel.thrusters, without them.",
+        "What drives the vessel: wrench applies cmd_wrench as it is, with the limits, lags and dead times of this group;"
+        " thrusters applies the demands of vessel.thrusters, without them.",
         choices=("wrench", "thrusters"),
     )
     surge_force_limit: float = parameter(math.inf, "Largest surge force, in either direction.", unit="N", low=0.0, high=math.inf)

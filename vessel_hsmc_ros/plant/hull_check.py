@@ -69,7 +69,7 @@ def check_hull(ship: ShipParameters, owner: str = "vessel_sim") -> None:
 def _check_axis(ship: ShipParameters, owner: str, axis: str, name: str, symbol: str, unit: str) -> None:
     low, high = getattr(ship, name)
     if not low <= 0.0 <= high or low == high:
-        raise ParameterError(f"{owner}.vessel.{name} = [{low:g}, {high:g}] is not allowed: it takes 0 and other speeds")
+        raise ParameterError(f"{owner}.vessel.{name} must contain 0 and other speeds (got [{low:g}, {high:g}])")
     speed = negative_damping(ship, axis, max(-low, high))
     if speed is not None:
         raise ParameterError(

@@ -163,8 +163,8 @@ class VesselParameters(NamedVessel):
 def _singular(hull: VesselParameters, s: dict[str, float]) -> str:
     product, largest = s["m23"] * s["m32"], s["m22"] * s["m33"]
     return (
-        f"vessel.sway_yaw_inertia = {hull.sway_yaw_inertia:g} kg·m is not allowed with yaw_sway_inertia = {s['m32']:g} kg·m: "
-        f"their product {product:g} must be less than sway_inertia · yaw_inertia = {largest:g} kg²·m²"
+        f"vessel.sway_yaw_inertia·yaw_sway_inertia must be less than sway_inertia·yaw_inertia = {largest:g} kg²·m²"
+        f" (got {hull.sway_yaw_inertia:g}·{s['m32']:g} = {product:g})"
     )
 
 

@@ -47,7 +47,7 @@ class PlantParameters:
 
     def __post_init__(self) -> None:
         if self.by_thrusters and not self.vessel.thrusters:
-            raise ParameterError("vessel_sim.actuators.kind = thrusters is not allowed without vessel.thrusters.names")
+            raise ParameterError("vessel_sim.actuators.kind = thrusters needs vessel.thrusters.names")
 
     @property
     def by_thrusters(self) -> bool:
@@ -248,4 +248,4 @@ def check_command(command: tuple[float, float]) -> None:
     not finite.
     """
     if not (math.isfinite(command[0]) and math.isfinite(command[1])):
-        raise SimulationError(f"commanded wrench ({command[0]} N, {command[1]} N·m) is not allowed: both must be finite numbers")
+        raise SimulationError(f"commanded wrench must be finite numbers (got {command[0]} N, {command[1]} N·m)")

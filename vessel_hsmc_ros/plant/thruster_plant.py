@@ -175,4 +175,4 @@ def check_demand(name: str, thrust: float, angle: float) -> None:
     `name`: of the thruster. `thrust`, `angle`: its demand, N and rad. Raises SimulationError if thrust or angle is not finite.
     """
     if not (math.isfinite(thrust) and math.isfinite(angle)):
-        raise SimulationError(f"thruster {name} cannot take {thrust} N and {angle} rad: both must be finite numbers")
+        raise SimulationError(f"demand of thruster {name} must be finite numbers (got {thrust} N and {angle} rad)")

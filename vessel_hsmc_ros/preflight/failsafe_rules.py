@@ -50,7 +50,7 @@ def own_system(value: float, autopilot: Autopilot) -> Verdict:
     highest = max(value, autopilot.values.get("MAV_GCS_SYSID_HI", value))
     own = f"mavlink.system_id = {autopilot.system_id}"
     if value <= autopilot.system_id <= highest:
-        return OK, f"takes commands and heartbeats of {own}"
+        return OK, f"accepts commands and heartbeats of {own}"
     return WRONG, f"ignores overrides, MANUAL_CONTROL and heartbeats of {own}: set both to one number"
 
 
@@ -104,7 +104,7 @@ ARDUPILOT_RULES = (
     Rule(
         ("FS_GCS_TIMEOUT",),
         "time, s, without a heartbeat until that failsafe acts",
-        between(0.0, 5.0, "soon enough", (TODO, "it takes 2 s or more: set 3"), (TODO, "the boat goes on so long: set 3")),
+        between(0.0, 5.0, "soon enough", (TODO, "it must be 2 s or more: set 3"), (TODO, "the boat goes on so long: set 3")),
         goes_with="FS_GCS_ENABLE",
     ),
     Rule(

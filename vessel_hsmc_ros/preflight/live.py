@@ -192,7 +192,7 @@ class LiveConnection:
         for value, name, unit in zip((ahead, turn), limits, self.units, strict=True):
             if abs(value) > float(self._values["drive"][name]):
                 limit = f"drive.{name} = {self._values['drive'][name]:g}"
-                raise RunError(f"--pulse of {value:g} {unit} is not allowed: drive.form = cmd_vel takes at most {limit} {unit}")
+                raise RunError(f"--pulse must be at most {limit} {unit} with drive.form = cmd_vel (got {value:g} {unit})")
 
     def _sender(self, publisher: Any, role: Role) -> Callable[[tuple[float, float]], None]:
         """What publishes a command as a message of the topic's type."""

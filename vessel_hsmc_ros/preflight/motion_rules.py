@@ -84,15 +84,15 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     samples, jumps = without_jumps(samples, JUMP * connection.length + NOISY_JUMP * noise[0], JITTER)
     if len(jumps):
         text = f"they jump, {len(jumps)} times, by {jumps.max():.3g} m at most, as those that are corrected now and then"
-        yield Finding(WRONG, "positions", f"{text}: take the continuous odometry of the filter, in odom, not in map")
+        yield Finding(WRONG, "positions", f"{text}: use the continuous odometry of the filter, in odom, not in map")
     slow = SLOW_SPEED * math.sqrt(GRAVITY * connection.length)
     moved, measured = rates(samples)
     if len(moved) < LEAST_BLOCKS - 1:
-        yield Finding(TODO, "velocities", f"too few samples: it takes {LEAST_BLOCKS * BLOCK:g} s of state")
+        yield Finding(TODO, "velocities", f"too few samples: it needs {LEAST_BLOCKS * BLOCK:g} s of state")
         return
     blurred = np.array(noise) / math.sqrt(max(sample_rate(samples) * BLOCK, 1.0))  # deviations of the means of blocks
     if in_degrees(samples, moved, measured, slow):
-        yield Finding(WRONG, "positions", "they look like latitude and longitude: it takes m in a plane, by navsat_odom_node")
+        yield Finding(WRONG, "positions", "they look like latitude and longitude: they must be m in a plane, by navsat_odom_node")
         return
     spun = 0.5 * connection.length * np.abs(moved[:, 2])  # a boat that turns on the spot heads nowhere
     fast = np.linalg.norm(moved[:, :2], axis=1) > np.maximum(2.0 * slow + BLURRED * float(blurred[0]), spun)
@@ -212,7 +212,7 @@ def judge_drift_angle(samples: Samples, moved: Array, measured: Array, fast: Arr
 def judge_direction(angle: float, shown: bool, side: int) -> Finding:
     """What it means that a boat moves at a large angle, deg, to its heading, whether or not a current explains it."""
     text = f"the boat moves {angle:.0f} deg to port of its heading"
-    offset = f"it takes rad from east, counter-clockwise (navsat_odom.heading_offset = {math.radians(angle):.2f} corrects it)"
+    offset = f"it must be rad from east, counter-clockwise (navsat_odom.heading_offset = {math.radians(angle):.2f} corrects it)"
     if side < 0 and abs(angle) > ASTERN:
         return Finding(OK, "velocities", "they fit positions and heading, in m/s and rad/s; the boat goes astern")
     if shown and abs(abs(angle) - 90.0) < QUARTER:
@@ -274,7 +274,7 @@ def mirrored_heading(samples: Samples, moved: Array, measured: Array, fast: Arra
         cause += ", or are positions x north and y east?" if agrees else "?"
     else:
         cause = "does it count clockwise (FRD)?"
-    return f"course and heading turn in opposite directions: {cause} It takes x east, y north, heading counter-clockwise (ENU)"
+    return f"course and heading turn in opposite directions: {cause} It must be x east, y north, heading counter-clockwise (ENU)"
 
 
 def with_columns(motions: Array, factor: float = 1.0, u: float = 1.0, v: float = 1.0, r: float = 1.0) -> Array:
@@ -283,31 +283,31 @@ def with_columns(motions: Array, factor: float = 1.0, u: float = 1.0, v: float =
 
 
 SPEEDS: dict[str, Callable[[Array], Array]] = {
-    "is the twist in the frame of the pose? controller.odometry.twist_frame: parent takes that": along_hull,
-    "are they in knots? It takes m/s": lambda m: with_columns(m, KNOT),
-    "are they in km/h? It takes m/s": lambda m: with_columns(m, KM_PER_HOUR),
-    "are they in miles per hour? It takes m/s": lambda m: with_columns(m, MILE_PER_HOUR),
-    "are they in feet per second? It takes m/s": lambda m: with_columns(m, FOOT),
-    "are the positions in mm? It takes m": lambda m: with_columns(m, 1000.0),
-    "are the positions in cm? It takes m": lambda m: with_columns(m, 100.0),
-    "are the positions in feet? It takes m": lambda m: with_columns(m, 1.0 / FOOT),
-    "is v positive to starboard (FRD)? It takes FLU, to port": lambda m: with_columns(m, v=-1.0),
-    "is u positive astern? It takes FLU, ahead": lambda m: with_columns(m, u=-1.0),
-    "are they reversed, or is the heading off by 180 deg? It takes FLU, ahead and to port": lambda m: with_columns(m, -1.0),
-    "does the heading count from north? It takes rad from east": lambda m: m + np.array([0, 0, 0.5 * math.pi, 0, 0, 0]),
-    "is the heading off by 90 deg? It takes rad from east": lambda m: m - np.array([0, 0, 0.5 * math.pi, 0, 0, 0]),
+    "is the twist in the frame of the pose? controller.odometry.twist_frame: parent is for that": along_hull,
+    "are they in knots? They must be in m/s": lambda m: with_columns(m, KNOT),
+    "are they in km/h? They must be in m/s": lambda m: with_columns(m, KM_PER_HOUR),
+    "are they in miles per hour? They must be in m/s": lambda m: with_columns(m, MILE_PER_HOUR),
+    "are they in feet per second? They must be in m/s": lambda m: with_columns(m, FOOT),
+    "are the positions in mm? They must be in m": lambda m: with_columns(m, 1000.0),
+    "are the positions in cm? They must be in m": lambda m: with_columns(m, 100.0),
+    "are the positions in feet? They must be in m": lambda m: with_columns(m, 1.0 / FOOT),
+    "is v positive to starboard (FRD)? It must be FLU, to port": lambda m: with_columns(m, v=-1.0),
+    "is u positive astern? It must be FLU, ahead": lambda m: with_columns(m, u=-1.0),
+    "are they reversed, or is the heading off by 180 deg? It must be FLU, ahead and to port": lambda m: with_columns(m, -1.0),
+    "does the heading count from north? It must be rad from east": lambda m: m + np.array([0, 0, 0.5 * math.pi, 0, 0, 0]),
+    "is the heading off by 90 deg? It must be rad from east": lambda m: m - np.array([0, 0, 0.5 * math.pi, 0, 0, 0]),
 }
 """What may be wrong with u and v, and what undoes it."""
 
 ALONG_HULL: dict[str, Callable[[Array], Array]] = {
-    "are they along the hull already? controller.odometry.twist_frame: child takes that": lambda m: along_hull(m, back=True)
+    "are they along the hull already? controller.odometry.twist_frame: child is for that": lambda m: along_hull(m, back=True)
 }
 """What may be wrong with u and v besides, where they are taken to be along x and y."""
 
 TURNS = {
-    "is the yaw rate in degrees per second? It takes rad/s": math.radians(1.0),
-    "is the heading in degrees? It takes rad": math.degrees(1.0),
-    "is the yaw rate positive to starboard (FRD)? It takes FLU, to port": -1.0,
+    "is the yaw rate in degrees per second? It must be rad/s": math.radians(1.0),
+    "is the heading in degrees? It must be rad": math.degrees(1.0),
+    "is the yaw rate positive to starboard (FRD)? It must be FLU, to port": -1.0,
 }
 """What may be wrong with r, and the factor that undoes it."""
 

@@ -129,7 +129,7 @@ def judge_rate(role: Role, topic: Topic) -> Iterator[str]:
     intervals = np.diff(topic.received)
     rate = 1.0 / max(float(intervals.mean()), 1e-9)
     if rate < LEAST_RATE and role.name in ("odometry", "pose", "twist"):
-        yield f"{topic.name} has {rate:.2g} Hz: it takes {LEAST_RATE:g} Hz at least"
+        yield f"{topic.name} has {rate:.2g} Hz: it must have at least {LEAST_RATE:g} Hz"
     elif intervals.max() > role.timeout:
         yield (
             f"{topic.name} was silent for {intervals.max():.2g} s, above the time-out of {role.timeout:g} s: mend the gaps,"
@@ -143,12 +143,12 @@ def judge_frames(role: Role, topic: Topic) -> Iterator[str]:
     for column, accepted, parameter in pairs:
         names = _unique(topic, column)
         if foreign := [name for name in names if set(name.lower().split("_")) & {"ned", "frd"}]:
-            yield f"{topic.name} is in {foreign[0]!r}, a frame of x north or z down: take its topic in ENU and FLU"
+            yield f"{topic.name} is in {foreign[0]!r}, a frame of x north or z down: use its topic in ENU and FLU"
         elif len(names) > 1 and accepted:
             yield f"{topic.name} changes between the frames {', '.join(map(repr, names))}: two sources on one topic?"
         elif accepted and names and names[0] and names[0] not in accepted:
             add = f"add it to controller.odometry.{parameter}, or correct the driver"
-            change = add if role.is_input else "the drives take no command of another frame (frame_prefix)"
+            change = add if role.is_input else "the drives accept no command of another frame (frame_prefix)"
             yield f"{topic.name} is in {names[0]!r}, and {' or '.join(map(repr, accepted))} is accepted: {change}"
 
 
@@ -167,7 +167,7 @@ def judge_numbers(connection: Connection, topic: Topic, oriented: bool = True) -
         elif abs(norm - 1.0) > 0.01:
             yield f"{topic.name} has orientations of length {norm:.3g}: is an angle in place of a quaternion of length 1?"
         elif float(np.median(columns["up"])) < 0.0:
-            yield f"{topic.name} is upside down (z down): its body frame is FRD, it takes FLU, x ahead and y to port"
+            yield f"{topic.name} is upside down (z down): its body frame is FRD, it must be FLU, x ahead and y to port"
     if "variance" in columns:
         variance = columns["variance"]
         if not (np.isfinite(variance).all() and (columns["least_variance"] >= 0.0).all()):
@@ -223,16 +223,16 @@ def judge_imu(topic: Topic) -> Iterator[str]:
     """That an IMU stands upright and measures in radians."""
     c = topic.columns
     if float(np.median(c["az"])) < -4.0:
-        yield f"{topic.name} measures {np.median(c['az']):.3g} m/s² upwards at rest: it is FRD; it takes FLU, where that is 9.8"
+        yield f"{topic.name} measures {np.median(c['az']):.3g} m/s² upwards at rest: it is FRD; it must be FLU, where that is 9.8"
     if float(np.max(np.abs(c["r"]))) > 2.0 * math.pi:
-        yield f"{topic.name} has a yaw rate of {np.max(np.abs(c['r'])):.3g}: it takes rad/s, not degrees"
+        yield f"{topic.name} has a yaw rate of {np.max(np.abs(c['r'])):.3g}: it must be in rad/s, not degrees"
 
 
 def judge_course(topic: Topic) -> Iterator[str]:
     """That a course is in radians."""
     largest = float(np.max(np.abs(topic.columns["value"])))
     if largest > 2.0 * math.pi + 0.01:
-        yield f"{topic.name} has values to {largest:.4g}: it takes rad clockwise from north, not degrees"
+        yield f"{topic.name} has values to {largest:.4g}: it must be in rad clockwise from north, not degrees"
 
 
 def mirrored(fix: Topic, odometry: Topic) -> bool:

@@ -202,7 +202,7 @@ def write_parquet(run: Run, directory: Path) -> list[Path]:
         import pyarrow
         from pyarrow import parquet
     except ModuleNotFoundError:
-        raise ReportError("Parquet needs pyarrow, which is not installed: pip install pyarrow, or take --csv") from None
+        raise ReportError("Parquet needs pyarrow, which is not installed: pip install pyarrow, or use --csv") from None
     return _write(run, directory, "parquet", lambda table, path: parquet.write_table(pyarrow.table(table), path))
 
 

@@ -24,12 +24,12 @@ def parse_script(text: str, source: str) -> FaultScript:
     except yaml.YAMLError as error:
         raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or FAULTS not in document:
-        raise ScenarioError(f"{source} is not a fault script: it takes seed and a list named faults")
+        raise ScenarioError(f"{source} is not a fault script: it must have seed and a list named faults")
     if unknown := document.keys() - {"seed", "faults"}:
-        raise ScenarioError(f"{source}: {sorted(map(str, unknown))[0]} is unknown: it takes seed and faults")
+        raise ScenarioError(f"{source}: {sorted(map(str, unknown))[0]} is unknown: a fault script has seed and faults")
     seed = document.get("seed", 0)
     if type(seed) is not int or not 0 <= seed < 2**32:
-        raise ScenarioError(f"{source}: seed = {seed!r} is not allowed: it takes an integer from 0 to {2**32 - 1}")
+        raise ScenarioError(f"{source}: seed must be an integer from 0 to {2**32 - 1} (got {seed!r})")
     return FaultScript(_faults(document[FAULTS], source), seed)
 
 
@@ -47,15 +47,15 @@ def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
 
 def _faults(listed: object, source: str) -> tuple[Fault, ...]:
     if not isinstance(listed, list):
-        raise ScenarioError(f"{source} is not a fault script: faults takes a list of faults")
+        raise ScenarioError(f"{source} is not a fault script: faults must be a list")
     if len(listed) > MOST_FAULTS:
-        raise ScenarioError(f"{source} has {len(listed)} faults: it takes at most {MOST_FAULTS}")
+        raise ScenarioError(f"{source} must have at most {MOST_FAULTS} faults (got {len(listed)})")
     return tuple(_fault(entry, f"faults[{index}]", source) for index, entry in enumerate(listed))
 
 
 def _fault(entry: object, owner: str, source: str) -> Fault:
     if not isinstance(entry, Mapping):
-        raise ScenarioError(f"{source}: {owner} = {entry!r} is not allowed: it takes settings such as at, kind and topic")
+        raise ScenarioError(f"{source}: {owner} must be settings such as at, kind and topic (got {entry!r})")
     values = {str(name): value for name, value in entry.items()}
     fault = schema.build(Fault, values, owner)
     check_settings(fault, values, owner)

@@ -49,4 +49,4 @@ def check_script(script: FaultScript, scenario: Scenario) -> None:
         if fault.field:
             check_field(message_type(fault.topic), fault.field, f"{owner}.field")
         if duration and fault.at > duration:
-            raise ParameterError(f"{owner}.at = {fault.at:g} is not allowed: the run ends after {duration:g} s")
+            raise ParameterError(f"{owner}.at must be at most {duration:g} s, the end of the run (got {fault.at:g} s)")

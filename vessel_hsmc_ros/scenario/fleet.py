@@ -49,7 +49,7 @@ def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: 
     would start outside the allowed positions.
     """
     if not 1 <= count <= MAX_VESSELS:
-        raise ParameterError(f"--vessels {count} is not allowed: it takes 1 to {MAX_VESSELS}")
+        raise ParameterError(f"--vessels must be 1 to {MAX_VESSELS} (got {count})")
     names = [f"{namespace or NAMESPACE}_{number}" for number in range(1, count + 1)]
     vessels = {name: base.changed(_differences(base, name, index * spacing, index)) for index, name in enumerate(names)}
     if count > 1:

@@ -63,7 +63,7 @@ def load_named_files(arguments: Iterable[str]) -> list[str]:
             continue
         file = file or next(remaining, "")
         if not file:
-            raise ParameterError(f"{OPTION} is not allowed without a file: it takes a Python file")
+            raise ParameterError(f"{OPTION} must be a Python file (got nothing)")
         load_law_file(file)
     return others
 
@@ -121,7 +121,7 @@ def _laws(module: ModuleType, path: Path) -> Sequence[type[Law[object]]]:
     if named := [law for law in laws if law.name]:
         return named
     if laws:
-        raise ParameterError(f'law file {path}: class {laws[0].__name__} has no name: it takes a line such as name = "my_law"')
+        raise ParameterError(f'law file {path}: class {laws[0].__name__} has no name: it needs a line such as name = "my_law"')
     if wrong := [cls.__name__ for cls in classes if hasattr(cls, "step")]:
         raise ParameterError(f"law file {path}: class {wrong[0]} is not a subclass of vessel_hsmc_ros.Law")
-    raise ParameterError(f"law file {path} has no law: it takes a subclass of vessel_hsmc_ros.Law")
+    raise ParameterError(f"law file {path} has no law: it needs a subclass of vessel_hsmc_ros.Law")

@@ -125,9 +125,7 @@ def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = Non
         data = replace(data, surge_force_limit=given_limits[0], yaw_moment_limit=given_limits[1])
     d = data.completed()
     if d.current >= d.speed:
-        raise ParameterError(
-            f"init.current = {d.current:g} m/s is not allowed: it takes less than the top speed, {d.speed:g} m/s"
-        )
+        raise ParameterError(f"init.current must be less than the top speed, {d.speed:g} m/s (got {d.current:g} m/s)")
     given, hull = {key: _number(value) for key, value in vars(d).items()}, hull_of(d)
     written = given | {key: _number(value) for key, value in hull.items()}
     values = {f"vessel.{key}": float(written[key]) for key in HULL_NAMES}
@@ -239,7 +237,7 @@ def _thruster(text: str, length: float) -> tuple[float, ...]:
     allowed = (
         f"x,y,ahead,astern: x and y from {-length:g} to {length:g} m, thrust ahead above 0 and astern from 0, both up to 1e9 N"
     )
-    raise ParameterError(f"--thruster {text} is not allowed: it takes {allowed}, such as -1.5,0.5,100,60")
+    raise ParameterError(f"--thruster must be {allowed}, such as -1.5,0.5,100,60 (got {text})")
 
 
 def _finite(text: str) -> float:

@@ -67,7 +67,7 @@ class ReferenceParameters(ReferenceShipParameters, CommonParameters):
     def __post_init__(self) -> None:
         if self.actions.at_end == "return" and self.mode not in ("goal", "path"):
             raise ParameterError(
-                f"{OWNER}.at_end must be hold or stop in mode {self.mode} (got return): only goal and path take a way back"
+                f"{OWNER}.at_end must be hold or stop in mode {self.mode} (got return): only goal and path have a way back"
             )
 
 
@@ -124,7 +124,7 @@ class ControllerParameters(LawParameters):
     def __post_init__(self) -> None:
         if self.lockstep and self.odometry.form != "odometry":
             raise ParameterError(
-                f"controller.odometry.form = {self.odometry.form} is not allowed in lockstep, where the plant publishes odometry"
+                f"controller.odometry.form must be odometry in lockstep, as the plant publishes it (got {self.odometry.form})"
             )
         check_safety(self.safety, self.law, tuple(LAWS), (self.vessel.surge_force_limit, self.vessel.yaw_moment_limit))
 

@@ -39,7 +39,7 @@ def read_parameters(
     except yaml.YAMLError as error:
         raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict):
-        raise ScenarioError(f"{source} is not a ROS parameters file: it takes node names at its top level")
+        raise ScenarioError(f"{source} is not a ROS parameters file: it must have node names at its top level")
     values: dict[str, dict[str, object]] = {node: {} for node in nodes}
     for section, content in document.items():
         if section == FAULTS:
@@ -103,7 +103,7 @@ def _nodes_of_section(section: str, nodes: list[str], source: str) -> list[str]:
     if node in ("*", "**"):
         return nodes
     if node not in nodes:
-        raise ScenarioError(f"{source}: section {section} names no node: it takes /** or one of {', '.join(nodes)}")
+        raise ScenarioError(f"{source}: section {section} names no node: it must be /** or one of {', '.join(nodes)}")
     return [node]
 
 

@@ -189,7 +189,7 @@ def by_node(changes: Mapping[str, object]) -> dict[str, dict[str, object]]:
             values[node][parameter] = value
         else:
             nodes = f"{', '.join(NODES)}, or vessel.parameter for all nodes"
-            raise ParameterError(f"{key} is not a parameter: it takes node.parameter with a node of {nodes}")
+            raise ParameterError(f"{key} is not a parameter: it must be node.parameter with a node of {nodes}")
     return {node: with_vessel(changed, schema.entries(NODES[node])) for node, changed in values.items()}
 
 
@@ -273,8 +273,8 @@ def check_late_odometry(scenario: Scenario) -> None:
     sim, controller = scenario.vessel_sim, scenario.controller
     if controller.lockstep and sim.sensors.delay > 0.0 and (controller.ride_through or scenario.faults):
         raise ScenarioError(
-            f"vessel_sim.sensors.delay = {sim.sensors.delay:g} s is not allowed in lockstep with scripted faults or"
-            " controller.ride_through: it takes 0 s, or a run in real time"
+            "vessel_sim.sensors.delay must be 0 s in lockstep with scripted faults or controller.ride_through"
+            f" (got {sim.sensors.delay:g} s): set it, or run in real time"
         )
 
 
@@ -339,8 +339,8 @@ def _find(name: str | Path) -> Path:
         raise ScenarioError(f"scenario file {path} does not exist{_meant(path)}")
     known = scenario_names()
     if str(name) not in known:
-        takes = f"it takes one of {', '.join(known)} or the path of a YAML file"
-        raise ScenarioError(f"scenario {name} is unknown{_meant(path)}: {takes}")
+        must_be = f"it must be one of {', '.join(known)} or the path of a YAML file"
+        raise ScenarioError(f"scenario {name} is unknown{_meant(path)}: {must_be}")
     return share_directory() / "config" / f"{name}.yaml"
 
 

@@ -130,7 +130,7 @@ def feasible_turn(
         else:
             return Circle(radius, speed, rise_time(speed), needed)
     tried = f"{radius:.3g} m at {speed:.3g} m/s"
-    raise ParameterError(f"no {kind} is feasible for this ship: {tried} takes more than {LARGEST_SHARE:g} of its propulsion")
+    raise ParameterError(f"no {kind} is feasible for this ship: {tried} needs more than {LARGEST_SHARE:g} of its propulsion")
 
 
 def sway_damping_rate(ship: ShipParameters, scale: Scale, circle: Circle) -> float:

@@ -109,13 +109,13 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or not document.keys() <= set(PARTS) or not isinstance(document.get("rows"), list):
-        raise ScenarioError(f"suite file {path} is not a suite: it takes {', '.join(PARTS)}")
+        raise ScenarioError(f"suite file {path} is not a suite: its keys must be {', '.join(PARTS)}")
     shared, variants = _changes(document, f"suite file {path}"), document.get("variants") or {}
     if not isinstance(variants, dict) or not all(isinstance(changes, dict) for changes in variants.values()):
-        raise ScenarioError(f"variants of suite file {path} are malformed: each takes changes by name")
+        raise ScenarioError(f"variants of suite file {path} are malformed: each must be changes by name")
     ships = document.get("ships") or {}
     if not isinstance(ships, dict):
-        raise ScenarioError(f"ships of suite file {path} are malformed: each takes main data by name")
+        raise ScenarioError(f"ships of suite file {path} are malformed: each must be main data by name")
     entries = (each for entry in document["rows"] for each in _expanded(entry, variants, path))
     return tuple(_row(each, shared, path, ship) for entry in entries for each, ship in _on_ships(entry, ships, path))
 
@@ -130,7 +130,7 @@ def _find(name: str | Path) -> Path:
     if path.suffix in (".yaml", ".yml"):
         return path
     if str(name) not in suite_names():
-        raise ScenarioError(f"suite {name} is unknown: it takes one of {', '.join(suite_names())} or the path of a YAML file")
+        raise ScenarioError(f"suite {name} is unknown: it must be one of {', '.join(suite_names())} or the path of a YAML file")
     return share_directory() / "config" / "suites" / f"{name}.yaml"
 
 
@@ -142,7 +142,7 @@ def _expanded(entry: Any, variants: Mapping[str, Mapping[str, object]], path: Pa
     name, rows = rest.get("name"), []
     changes = _changes(rest, f"row {name} of {path}")
     if not isinstance(entry["variants"], list):
-        raise ScenarioError(f"{path}: variants = {entry['variants']} of row {name} is not allowed: it takes a list of names")
+        raise ScenarioError(f"{path}: variants of row {name} must be a list of names (got {entry['variants']})")
     for variant in entry["variants"]:
         if not isinstance(variant, str) or variant not in variants:
             known = ", ".join(map(str, variants)) or "none"
@@ -168,7 +168,7 @@ def ship_of(name: str, data: Any, where: str) -> SuiteShip:
     ParameterError if a datum is unknown or out of range.
     """
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
-        raise ScenarioError(f"{where}: ship {name} = {data} is not allowed: it takes main data such as {{length: 5.0}}")
+        raise ScenarioError(f"{where}: ship {name} must be main data such as {{length: 5.0}} (got {data})")
     try:
         return _ship(name, schema.build(MainData, data, "ships"))
     except ParameterError as error:
@@ -198,8 +198,8 @@ def in_numbers(value: Any, units: Mapping[str, float], where: str) -> Any:
     numbers: list[Any] = given if isinstance(given, list) else [given]
     known = unit in units and len(value) == 1
     if not known or not all(isinstance(x, int | float) and not isinstance(x, bool) for x in numbers):
-        takes = f"{{{'|'.join(units)}: number or list of numbers}}" if units else "no unit without a ship"
-        raise ScenarioError(f"{where}: {value} is not allowed: it takes {takes}")
+        allowed = f"{{{'|'.join(units)}: number or list of numbers}}" if units else "without a unit, as the row has no ship"
+        raise ScenarioError(f"{where} must be {allowed} (got {value})")
     found = [x * units[unit] for x in numbers]
     return found if isinstance(given, list) else found[0]
 
@@ -212,9 +212,7 @@ def _on_ships(entry: Any, ships: Mapping[str, object], path: Path) -> list[tuple
     name, names = rest.get("name"), entry["ships"]
     if not isinstance(names, list) or not all(isinstance(ship, str) and ship in ships for ship in names):
         known = ", ".join(map(str, ships)) or "none"
-        raise ScenarioError(
-            f"{path}: ships = {names} of row {name} is not allowed: it takes a list of the suite's ships, {known}"
-        )
+        raise ScenarioError(f"{path}: ships of row {name} must be a list of the suite's ships, {known} (got {names})")
     where = f"suite file {path}"
     return [({**rest, "name": f"{name}, {ship}"}, ship_of(ship, ships[ship], where)) for ship in names]
 
@@ -223,7 +221,7 @@ def _changes(holder: Mapping[str, Any], where: str) -> dict[str, object]:
     """The changes `set` of a suite, or of one of its rows."""
     changes = holder.get("set") or {}
     if not isinstance(changes, dict) or not all(isinstance(name, str) for name in changes):
-        raise ScenarioError(f"set = {changes} of {where} is not allowed: it takes values by node.param")
+        raise ScenarioError(f"set of {where} must be values by node.param (got {changes})")
     return changes
 
 
@@ -238,20 +236,18 @@ NO_SHIP = SuiteShip({}, {})
 def _row(entry: Any, shared: Mapping[str, object], path: Path, ship: SuiteShip = NO_SHIP) -> Row:
     """Make a row; its own changes override the shared ones, and these those of its ship."""
     if not isinstance(entry, dict) or "name" not in entry or not entry.keys() <= set(KEYS):
-        raise ScenarioError(
-            f"{path}: row {entry} is not allowed: it takes a name and any of {', '.join(KEYS[1:])}, variants, ships"
-        )
+        raise ScenarioError(f"{path}: row must have a name and any of {', '.join(KEYS[1:])}, variants, ships (got {entry})")
     name = str(entry["name"])
     over = entry.get("over", "last_quarter")
     if not isinstance(over, str) or over not in WINDOWS:
-        raise ScenarioError(f"{path}: over = {over} of row {name} is not allowed: it takes one of {', '.join(WINDOWS)}")
+        raise ScenarioError(f"{path}: over of row {name} must be one of {', '.join(WINDOWS)} (got {over})")
     limits: dict[str, float] = {}
     for key in _LIMITS:
         if entry.get(key) is not None:
             # YAML reads `on` and `yes` as flags, and bool is a subclass of int: `at_most: yes` would pass as 1.
             limit = in_numbers(entry[key], ship.units, f"{path}: {key} of row {name}")
             if isinstance(limit, bool) or not isinstance(limit, int | float) or not 0.0 < limit < math.inf:
-                raise ScenarioError(f"{path}: {key} = {entry[key]} of row {name} is not allowed: it takes a number above 0")
+                raise ScenarioError(f"{path}: {key} of row {name} must be a number above 0 (got {entry[key]})")
             limits[key] = float(limit)
     # Later entries of a dict display win: the changes of the row override the shared ones.
     given = {**shared, **_changes(entry, f"row {name} of {path}")}

@@ -58,7 +58,7 @@ class Figures:
     towing_sway_damping: float = figure("kg/s", f"linear fit of the sway damping up to {TOWING:g} m/s")
     percussion_point: float = figure("m", "centre of percussion m23/m22 ahead of the origin")
     mass_ratio: float = figure("", "m11/m22")
-    energy_gain: float = figure("1/s", "largest rate at which damping adds energy in the range of validity; 0: it takes energy")
+    energy_gain: float = figure("1/s", "largest rate at which damping adds energy in the range of validity; 0: it removes energy")
 
 
 def figures(vessel: LibraryVessel) -> Figures:

@@ -134,7 +134,7 @@ def _find(name: str | Path, folder: Path) -> Path:
     known = vessel_names()
     if str(name) not in known:
         near = schema.meant(str(name), known)
-        raise ScenarioError(f"vessel {name} is unknown: it takes one of {', '.join(known)} or the path of a YAML file{near}")
+        raise ScenarioError(f"vessel {name} is unknown: it must be one of {', '.join(known)} or the path of a YAML file{near}")
     return _in_library(str(name))
 
 
@@ -171,7 +171,7 @@ def _parsed(text: str, path: Path) -> LibraryVessel:
     except yaml.YAMLError as error:
         raise ScenarioError(f"{place} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict) or not isinstance(document.get("vessel"), dict):
-        raise ScenarioError(f"{place} is not a vessel: it takes a section `vessel` with hull data")
+        raise ScenarioError(f"{place} is not a vessel: it needs a section `vessel` with hull data")
     for section in document:
         if section not in SECTIONS:
             raise ScenarioError(f"{place}: {section} is not a section: {schema.suggestion(str(section), SECTIONS)}")
@@ -196,13 +196,13 @@ def _section(document: Mapping[str, Any], name: str, place: str) -> Mapping[str,
     """A section of names and values, which may be left out."""
     section = document.get(name) or {}
     if not isinstance(section, dict):
-        raise ScenarioError(f"{place}: {name} = {section} is not allowed: it takes names and values")
+        raise ScenarioError(f"{place}: {name} must be names and values (got {section})")
     return section
 
 
 def _figure(name: str, value: object, place: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or not value:
-        raise ParameterError(f"{place}: published.{name} = {value} is not allowed: it takes a finite number other than 0")
+        raise ParameterError(f"{place}: published.{name} must be a finite number other than 0 (got {value})")
     return float(value)
 
 
@@ -215,7 +215,7 @@ def _checked(given: Mapping[str, Any], place: str) -> dict[str, Value]:
             raise ParameterError(f"{owner}.{name} is not a hull datum: {schema.suggestion(name, allowed)}")
     for name in REQUIRED:
         if name not in given:
-            raise ParameterError(f"{owner}.{name} is missing: it takes {allowed[name][0].allowed}")
+            raise ParameterError(f"{owner}.{name} is missing: it must be {allowed[name][0].allowed}")
     # Several nodes declare the same datum; each has limits of its own.
     checked: dict[str, Value] = {}
     for name, value in given.items():
@@ -226,5 +226,5 @@ def _checked(given: Mapping[str, Any], place: str) -> dict[str, Value]:
 
 def _mass(mass: object, place: str) -> float:
     if isinstance(mass, bool) or not isinstance(mass, int | float) or not mass > 0.0:
-        raise ParameterError(f"{place}: vessel.mass = {mass} is not allowed: it takes a number above 0 kg")
+        raise ParameterError(f"{place}: vessel.mass must be a number above 0 kg (got {mass})")
     return float(mass)

@@ -41,7 +41,7 @@ class ClosedLoop:
         if scenario.faults:
             raise ScenarioError(f"{scenario.name} has faults, which only the nodes carry out: vessel-hsmc run")
         if sim.duration <= 0.0:
-            raise ScenarioError("vessel_sim.duration = 0 s goes on for ever: offline it must be above 0 s")
+            raise ScenarioError("vessel_sim.duration must be above 0 s offline (got 0 s, which has no end)")
         self._grid = RateGrid(sim.rate_hz)
         self._reference_grid = RateGrid(scenario.reference_ship.rate_hz)
         self._has_truth = noisy(scenario)

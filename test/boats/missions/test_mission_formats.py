@@ -143,7 +143,7 @@ def test_one_route_of_several_is_taken_by_its_name(read: Read) -> None:
         + gpx_track([PLACES[:2], PLACES[1:]])
     )
     with pytest.raises(
-        ScenarioError, match="it has 4 routes, of which --route NAME takes one: out, back & home, yesterday:1, yesterday:2"
+        ScenarioError, match="it has 4 routes, of which --route NAME chooses one: out, back & home, yesterday:1, yesterday:2"
     ):
         read(text)
     assert [point.place for point in read(text, route="back & home").points] == PLACES[::-1]

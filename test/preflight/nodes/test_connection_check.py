@@ -135,7 +135,7 @@ def test_a_pulse_of_velocities_reaches_the_loops_of_a_stack_and_ends_with_zero(b
         live = LiveConnection(remote)
         assert live.units == ("m/s", "rad/s")
         for above in ((1.5, 0.2), (0.5, -0.6)):
-            with pytest.raises(RunError, match="takes at most drive"):
+            with pytest.raises(RunError, match="must be at most drive"):
                 live.pulse(*above)
         assert not any(map(any, sent))
         live.pulse(0.5, 0.2)

@@ -159,7 +159,7 @@ def test_a_row_takes_a_folder_and_a_number_and_nothing_else(verb: str, arguments
 
 @pytest.mark.parametrize("address", ["foo", "127.0.0.1:8786", "tcp://host"])
 def test_a_scheduler_without_a_complete_address_is_refused(tmp_path: Path, address: str) -> None:
-    with pytest.raises(ParameterError, match=f"--scheduler {address} is not allowed"):
+    with pytest.raises(ParameterError, match=f"--scheduler must be .*got {address}"):
         run_campaign(campaign_file(tmp_path), tmp_path / "out", scheduler=address)
     assert not (tmp_path / "out").exists()
 

@@ -174,12 +174,12 @@ def test_another_seed_makes_another_campaign(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"laws": ["guided"]}, r"laws: \['guided'\] is not allowed beside variants"),
-        ({"variants": {"one": 3}}, "variants: one: 3 is not allowed"),
+        ({"laws": ["guided"]}, r"laws cannot be given with variants \(got \['guided'\]\)"),
+        ({"variants": {"one": 3}}, "variants: one must be .*got 3"),
         ({"draw": {"ship.width": {"uniform": [1, 2]}}}, "draw ship.width is not a number of a ship"),
-        ({"draw": {"ship.radius": {"uniform": [0.1, 0.2]}}}, "draw ship.radius: no value of"),
-        ({"limits": {"position_error_rms": {"feet": 1}}}, "limits: position_error_rms = {'feet': 1} is not allowed"),
-        ({"set": {"ship.reference": "spiral"}}, "ship.reference = spiral is not allowed"),
+        ({"draw": {"ship.radius": {"uniform": [0.1, 0.2]}}}, "draw ship.radius must have values that are"),
+        ({"limits": {"position_error_rms": {"feet": 1}}}, r"limits: position_error_rms must be .*got \{'feet': 1\}"),
+        ({"set": {"ship.reference": "spiral"}}, "ship.reference must be .*got spiral"),
     ],
 )
 def test_a_wrong_entry_is_one_line_that_names_it(tmp_path: Path, changes: dict[str, Any], message: str) -> None:

@@ -59,7 +59,7 @@ def test_slow_actuators_make_a_fast_slalom_infeasible() -> None:
     sine = {"reference_ship.yaw_moment_sine.amplitude": 1.5e6, "reference_ship.yaw_moment_sine.frequency": 0.2}
     assert infeasible(scenario(family, **sine)) == ""
     late = infeasible(scenario(replace(family, time_to_full=10.0), **sine))
-    assert late.startswith("the rate of the yaw moment takes")
+    assert late.startswith("the rate of the yaw moment needs")
 
 
 def test_a_current_as_fast_as_the_reference_leaves_no_way() -> None:
@@ -75,12 +75,12 @@ SURGE, YAW = (1.0, 0.1), (0.5, 0.4)
     ("changes", "expected"),
     [
         ({}, ""),
-        ({"surge_force_limit": 1.05}, "the surge force takes 0.95"),
-        ({"yaw_moment_limit": 0.52}, "the yaw moment takes 0.96"),
-        ({"surge_force_rate": 0.105}, "the rate of the surge force takes 0.95"),
-        ({"yaw_moment_rate": 0.21}, "the rate of the yaw moment takes 0.95"),
-        ({"surge_lag": 30.0}, "the command of the surge force takes 1.05"),
-        ({"yaw_lag": 30.0}, "the command of the yaw moment takes 1.5"),
+        ({"surge_force_limit": 1.05}, "the surge force needs 0.95"),
+        ({"yaw_moment_limit": 0.52}, "the yaw moment needs 0.96"),
+        ({"surge_force_rate": 0.105}, "the rate of the surge force needs 0.95"),
+        ({"yaw_moment_rate": 0.21}, "the rate of the yaw moment needs 0.95"),
+        ({"surge_lag": 30.0}, "the command of the surge force needs 1.05"),
+        ({"yaw_lag": 30.0}, "the command of the yaw moment needs 1.5"),
     ],
 )
 def test_each_input_is_judged_by_its_own_limit_rate_and_lag(changes: dict[str, float], expected: str) -> None:

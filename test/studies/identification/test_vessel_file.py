@@ -91,7 +91,7 @@ def test_a_length_or_beam_that_is_given_takes_the_place_of_that_of_the_start_ves
 
 
 def test_length_and_beam_must_be_known(found: Identified) -> None:
-    with pytest.raises(ParameterError, match="the length of the ship is not known: it takes --vessel START, or --length"):
+    with pytest.raises(ParameterError, match="the length of the ship is not known: give --vessel START, or --length"):
         vessel_text("Mine", found, [RUN], {}, {})
 
 

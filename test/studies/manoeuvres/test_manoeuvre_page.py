@@ -156,5 +156,5 @@ def test_a_wrong_argument_is_reported(arguments: list[str], message: str) -> Non
 
 def test_an_unknown_manoeuvre_is_reported(otter: Results) -> None:
     unknown: Any = ["williamson_turn"]
-    with pytest.raises(ParameterError, match="williamson_turn is unknown: it takes any of turning_circle"):
+    with pytest.raises(ParameterError, match="williamson_turn is unknown: it must be any of turning_circle"):
         run(otter.ship, unknown)

@@ -118,5 +118,5 @@ def test_a_predicted_motion_that_is_not_finite_is_rejected(law) -> None:
 def test_without_casadi_the_extra_is_named(monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "casadi", None)
     compile_horizon.cache_clear()
-    with pytest.raises(ParameterError, match=r"controller.law = nmpc is not allowed here: it takes CasADi, .* `nmpc`"):
+    with pytest.raises(ParameterError, match=r"controller.law = nmpc needs CasADi, .* `nmpc`"):
         make_controller("nmpc", PERIOD)

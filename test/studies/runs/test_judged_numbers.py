@@ -133,7 +133,7 @@ def test_a_ship_is_checked_by_the_ends_of_its_own_runs(monkeypatch: pytest.Monke
     assert lines == [
         "full surge force: 5 m/s, beyond 4.5 m/s, up to which its hull data hold; with the full yaw moment a turning circle of"
         " 40 m at -7.16°/s",
-        "the circle takes 40 % of the surge force, 25 % of the yaw moment and a drift angle of 5.7° in calm water",
+        "the circle needs 40 % of the surge force, 25 % of the yaw moment and a drift angle of 5.7° in calm water",
         "follows its circle: position error at most 0.5 m, 1 of the 0.5 m of noise of its positions,"
         " in the last quarter of 100 s",
     ]

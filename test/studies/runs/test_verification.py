@@ -234,7 +234,7 @@ def test_a_scenario_is_rerun_with_a_change_and_compared_with_the_recording(
         (["--verify", "--rate", "2"], "exclude each other"),
         (["--verify", "--with", "controller.law=guided"], "exclude each other"),
         (["--set", "controller.law=guided"], "--set goes with --verify"),
-        (["--with", "controller.law"], "--with controller.law is not allowed: it takes node.param=value"),
+        (["--with", "controller.law"], "--with must be node.param=value"),
     ],
 )
 def test_options_that_exclude_each_other_are_refused(recorded: Path, arguments: list[str], message: str) -> None:

@@ -67,9 +67,9 @@ def test_the_sign_of_a_metric_does_not_count() -> None:
 @pytest.mark.parametrize(
     ("metrics", "message"),
     [
-        (("speed",), "--metric speed is not allowed: it takes one of position_error_rms"),
-        ((ERROR, "effort"), "--second-metric effort is not allowed: it takes one of"),
-        ((ERROR, ERROR), "it is the metric of the cost"),
+        (("speed",), "--metric must be one of position_error_rms.*got speed"),
+        ((ERROR, "effort"), "--second-metric must be one of.*got effort"),
+        ((ERROR, ERROR), "must be another metric than that of the cost"),
     ],
 )
 def test_an_unknown_metric_is_named(metrics: tuple[str, ...], message: str) -> None:

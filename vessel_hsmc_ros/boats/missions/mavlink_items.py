@@ -114,7 +114,7 @@ class _Reader:
         what = f"command {one.command}"
         if one.frame not in GLOBAL_FRAMES:
             known = ", ".join(map(str, GLOBAL_FRAMES))
-            why = f"it takes a latitude and a longitude (frames {known}): the origin of other frames is not in the file"
+            why = f"it needs a latitude and a longitude (frames {known}): the origin of other frames is not in the file"
             self.refused.append(Refused(one.item, f"{what} in frame {one.frame}", why))
             return
         if self.ended:
@@ -139,7 +139,7 @@ class _Reader:
     def _delay(self, one: MavItem) -> None:
         seconds = one.params[0]
         if seconds is None or seconds < 0.0 or not self.points:
-            why = "it takes seconds in param1, and a waypoint before it; a time of the day is not waited for"
+            why = "it needs seconds in param1, and a waypoint before it; a time of the day is not waited for"
             self.refused.append(Refused(one.item, "command 93 NAV_DELAY", why))
             return
         last = self.points[-1]
@@ -203,7 +203,7 @@ def _unrolled(items: Sequence[MavItem], reader: _Reader) -> list[MavItem]:
         target, repeats = one.params[:2]
         to = None if target is None else index.get(int(target))
         if to is None or to >= i - 1 or repeats is None or not 0 <= repeats <= MAX_REPEATS:
-            why = f"it takes the number of an item before it and 0 to {MAX_REPEATS} repetitions"
+            why = f"it needs the number of an item before it and 0 to {MAX_REPEATS} repetitions"
             given = f"command 177 DO_JUMP to {target or 0:g}, {repeats or 0:g} times"
             reader.refused.append(Refused(one.item, given, why))
             continue

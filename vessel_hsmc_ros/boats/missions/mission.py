@@ -162,7 +162,7 @@ class Source:
         known = list(names)
         shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
         if route is None and len(known) > 1:
-            raise self.error(f"it has {len(known)} routes, of which --route NAME takes one: {shown}")
+            raise self.error(f"it has {len(known)} routes, of which --route NAME chooses one: {shown}")
         if route is not None and known.count(route) != 1:
             raise self.error(f"--route must be one of its routes {shown or '(it has none)'} (got {route})")
         return known.index(route) if route is not None else 0

@@ -45,7 +45,7 @@ def guarded_step(
             f"law {named(law)} returned {returned!r:.100}: step returns (surge force, yaw moment), Terms(...)"
         ) from None
     if not (math.isfinite(wrench[0]) and math.isfinite(wrench[1])):
-        raise ControlError(f"law {named(law)} commanded {wrench[0]} N and {wrench[1]} N·m: both must be finite numbers")
+        raise ControlError(f"command of law {named(law)} must be finite numbers (got {wrench[0]} N and {wrench[1]} N·m)")
     return wrench, terms
 
 

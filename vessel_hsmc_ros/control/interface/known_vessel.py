@@ -131,13 +131,13 @@ class KnownVessel(NamedVessel):
         m32 = self.yaw_sway_inertia or m23
         if m22 * m33 <= m23 * m32:
             raise ParameterError(
-                f"controller.vessel.sway_yaw_inertia = {m23:g} is not allowed: its product with yaw_sway_inertia must be below"
-                f" sway_inertia·yaw_inertia = {m22 * m33:g} kg²·m²"
+                "controller.vessel.sway_yaw_inertia·yaw_sway_inertia must be below sway_inertia·yaw_inertia ="
+                f" {m22 * m33:g} kg²·m² (got {m23:g}·{m32:g})"
             )
         if m32 * e >= m22:
             raise ParameterError(
-                f"controller.vessel.sway_force_per_yaw_moment = {e:g} is not allowed: its product with sway_yaw_inertia must be"
-                f" below sway_inertia = {m22:g} kg"
+                "controller.vessel.sway_force_per_yaw_moment·yaw_sway_inertia must be below sway_inertia ="
+                f" {m22:g} kg (got {e:g}·{m32:g})"
             )
         return (m23 - m33 * e) / (m22 - m32 * e)
 

@@ -97,8 +97,8 @@ class NetworkParameters:
         numbers = np.array(self.listed_centers)
         if not len(numbers) or len(numbers) % 3:
             raise ParameterError(
-                f"network.listed_centers = {list(self.listed_centers)} is not allowed:"
-                " it takes three finite numbers for each centre, and one centre at least"
+                "network.listed_centers must be three finite numbers for each centre, and at least one centre"
+                f" (got {list(self.listed_centers)})"
             )
         return numbers.reshape(-1, 3)
 

@@ -133,7 +133,9 @@ def checked(law: object, origin: Origin | None) -> LawKind:
     if not is_law(law):
         raise ParameterError(f"{getattr(law, '__name__', repr(law))} is not a subclass of vessel_hsmc_ros.Law")
     if not NAME.fullmatch(law.name):
-        raise ParameterError(f'{law.__name__} has no valid name: it takes lower-case letters, digits and _, name = "my_law"')
+        raise ParameterError(
+            f'{law.__name__}.name must be lower-case letters, digits and _, such as name = "my_law" (got {law.name!r})'
+        )
     if law.name in RESERVED:
         raise ParameterError(f"the name {law.name} is used by the parameter controller.{law.name}")
     if missing := ", ".join(sorted(law.__abstractmethods__)):
@@ -156,7 +158,7 @@ def parameters_of(law: type[Law[Any]]) -> type:
             arguments = get_args(base)
             if is_law(get_origin(base)) and isinstance(arguments[0], type) and dataclasses.is_dataclass(arguments[0]):
                 return arguments[0]
-    raise ParameterError(f"law {law.name} declares no parameters: it takes `class {law.__name__}(Law[P])` with a dataclass P")
+    raise ParameterError(f"law {law.name} declares no parameters: write `class {law.__name__}(Law[P])` with a dataclass P")
 
 
 def _declared(law: type[Law[Any]]) -> type:
@@ -167,7 +169,7 @@ def _declared(law: type[Law[Any]]) -> type:
     cls = parameters_of(law)
     for field in dataclasses.fields(cls):
         if "group" not in field.metadata and "description" not in field.metadata:
-            raise ParameterError(f"{law.name}.{field.name} is not declared: it takes `{field.name}: float = parameter(...)`")
+            raise ParameterError(f"{law.name}.{field.name} is not declared: write `{field.name}: float = parameter(...)`")
     try:
         entries, defaults = schema.entries(cls), schema.flatten(cls())
     except (NameError, TypeError) as error:
@@ -176,5 +178,5 @@ def _declared(law: type[Law[Any]]) -> type:
     for name, entry in entries.items():
         # An integer as the default of a float would make an integer parameter of ROS, which then accepts no other number.
         if entry.type in (bool, int, float, str) and type(defaults[name]) is not entry.type:
-            raise ParameterError(f"{law.name}.{name} = {defaults[name]!r} is not allowed: a default has its declared type")
+            raise ParameterError(f"{law.name}.{name} must have a default of its declared type (got {defaults[name]!r})")
     return cls

@@ -71,5 +71,5 @@ def check_step(parameters: Any, gain: str, slope: str, period: float, law: str) 
     raise InstabilityError(
         f"controller.{law}.{gain} = {k:g} 1/s is unstable at controller.rate_hz = {1.0 / period:g} Hz:"
         f" gain plus {slope} = {c:g} 1/s, times the period, is {(k + c) * period:g} and must be below {LIMIT:g},"
-        f" so take {remedy} above {(k + c) / LIMIT:g} Hz"
+        f" so set {remedy} above {(k + c) / LIMIT:g} Hz"
     )

@@ -47,7 +47,7 @@ def make_controller(law: str, period: float, **parameters: object) -> Law[Any]:
             declared vessel has a centre of percussion ahead, to which only the control loop carries ship and reference.
     """
     if law not in LAWS:
-        raise ParameterError(f"controller.law = {law} is not allowed: it takes one of {', '.join(LAWS)}")
+        raise ParameterError(f"controller.law must be one of {', '.join(LAWS)} (got {law})")
     # In a scenario the vessel's parameters are a group of the controller, shared by all laws; here one namespace holds both.
     shared = {field.name for field in dataclasses.fields(KnownVessel)}
     vessel = schema.build(KnownVessel, {k: v for k, v in parameters.items() if k in shared}, "controller.vessel")

@@ -132,7 +132,7 @@ class FenceGuard(Monitor):
         if not allowed(self.fence, p):
             return f"the vessel at ({p.real:.6g}, {p.imag:.6g}) m is {-away:.1f} m outside"
         if math.isinf(found.distance):
-            return f"current and wind take all of the surge force, so that the vessel cannot stop; the fence is {away:.1f} m away"
+            return f"current and wind use all of the surge force, so that the vessel cannot stop; the fence is {away:.1f} m away"
         reach = float(np.max(np.abs(found.way - p))) + found.radius
         return f"the vessel stops in {reach:.1f} m, the fence is {away:.1f} m away, with a margin of {self._margin:.1f} m"
 

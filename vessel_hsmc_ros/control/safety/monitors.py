@@ -265,4 +265,4 @@ def explained(found: Compared) -> str:
     text = f"the positions move at ({x:.3g}, {y:.3g}) m/s, the measured velocities give ({u:.3g}, {v:.3g}) m/s"
     if math.hypot(u, v) < 0.1 * math.hypot(x, y):
         return f"{text}: is the twist not filled in? observer.enabled: true needs none"
-    return f"{text}: is the twist in the frame of the pose? odometry.twist_frame: parent takes that"
+    return f"{text}: is the twist in the frame of the pose? odometry.twist_frame: parent is for that"

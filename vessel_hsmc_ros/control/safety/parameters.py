@@ -172,20 +172,17 @@ def check_safety(p: SafetyParameters, law: str, laws: Collection[str], limits: t
     if p.action == "fallback":
         others = ", ".join(name for name in laws if name != law)
         if p.fallback_law == law or p.fallback_law not in laws:
-            raise ParameterError(
-                f"controller.safety.fallback_law = {p.fallback_law} is not allowed with law {law}: it takes one of {others}"
-            )
+            raise ParameterError(f"controller.safety.fallback_law must be one of {others} with law {law} (got {p.fallback_law})")
     for name in ("not_moving", "saturation", "innovation", "velocity", "heading"):
         warning, safe = getattr(p.monitors, f"{name}_warning"), getattr(p.monitors, f"{name}_safe")
         if warning > safe:
             raise ParameterError(
-                f"controller.safety.monitors.{name}_warning = {warning:g} s is not allowed: it takes at most"
-                f" {name}_safe = {safe:g} s"
+                f"controller.safety.monitors.{name}_warning must be at most {name}_safe = {safe:g} s (got {warning:g} s)"
             )
     for name, limit in zip(("surge_force", "yaw_moment"), limits, strict=True):
         rate, ramp = getattr(p, f"{name}_rate"), limit / p.ramp_time
         if rate < ramp:
             raise ParameterError(
-                f"controller.safety.{name}_rate = {rate:g} is not allowed: it takes at least {ramp:g}, at which the"
-                f" command moves in ramp_time = {p.ramp_time:g} s from vessel.{name}_limit to zero"
+                f"controller.safety.{name}_rate must be at least {ramp:g}, at which the command moves in ramp_time ="
+                f" {p.ramp_time:g} s from vessel.{name}_limit to zero (got {rate:g})"
             )

@@ -53,4 +53,4 @@ class Reason(IntEnum):
     FENCE = 54, "the vessel could not stop inside of the fence", "error"
     HEADING = 56, "the measured heading does not fit the motion", "error"
     SECOND_PUBLISHER = 60, "another node commands as well", "error"
-    NO_CONSUMER = 61, "no node takes the command", "error"
+    NO_CONSUMER = 61, "nothing subscribes to cmd_wrench", "error"

@@ -154,13 +154,13 @@ def parse_distribution(given: Any) -> tuple[Distribution, bool]:
     kinds = list(given.keys() - {RELATIVE}) if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in FORMS:
         forms = ", ".join(f"{kind}: {form}" for kind, form in FORMS.items())
-        raise ParameterError(f"{given} is not allowed: it takes one of {{{forms}}}, and relative: true for factors")
+        raise ParameterError(f"distribution must be one of {{{forms}}}, and relative: true for factors (got {given})")
     kind, arguments, relative = kinds[0], given[kinds[0]], given.get(RELATIVE, False)
     if not isinstance(relative, bool):
-        raise ParameterError(f"relative: {relative} is not allowed: it takes true or false")
+        raise ParameterError(f"relative must be true or false (got {relative})")
     made = _make(kind, arguments) if isinstance(arguments, list) else None
     if made is None:
-        raise ParameterError(f"{kind}: {arguments} is not allowed: it takes {FORMS[kind]}{_CONDITIONS[kind]}")
+        raise ParameterError(f"{kind} must be {FORMS[kind]}{_CONDITIONS[kind]} (got {arguments})")
     return made, relative
 
 
@@ -251,8 +251,8 @@ def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
     entry, base = _declaration(parameter, scenario)
     if element is not None:
         if entry.type not in LISTS or not isinstance(base, tuple) or element >= len(base):
-            count = f"it has the elements 0 to {len(base) - 1}" if isinstance(base, tuple) else "it is not a list"
-            raise ParameterError(f"draw {name} is not allowed: {parameter} = {schema.shown(base)}, {count}")
+            count = f"has the elements 0 to {len(base) - 1}" if isinstance(base, tuple) else "is not a list"
+            raise ParameterError(f"draw {name}: {parameter} = {schema.shown(base)} {count}")
         base = base[element]
     try:
         distribution, relative = parse_distribution(given)
@@ -277,7 +277,7 @@ def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:
         known = [f"{owner}.{key}" for owner, names in nodes.items() for key in names]
         raise ParameterError(f"draw {parameter} is not a parameter: {schema.suggestion(parameter, known)}")
     if parameter == "controller.law":
-        raise ParameterError("draw controller.law is not allowed: the keys `laws` and `variants` of the file take laws")
+        raise ParameterError("draw controller.law: the keys `laws` and `variants` of the file are for laws")
     return nodes[node][rest], schema.flatten(getattr(scenario, node))[rest]
 
 
@@ -285,9 +285,7 @@ def _factor(name: str, base: Value, relative: bool) -> float:
     if not relative:
         return 1.0
     if isinstance(base, bool) or not isinstance(base, int | float) or base == 0 or not math.isfinite(base):
-        raise ParameterError(
-            f"draw {name}: relative is not allowed: the base value is {schema.shown(base)}, a factor takes a finite number, not 0"
-        )
+        raise ParameterError(f"draw {name}: the base value of relative must be a finite number, not 0 (got {schema.shown(base)})")
     return float(base)
 
 
@@ -299,7 +297,7 @@ def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Gr
             _check(drawn, value)
         return distribution
     if drawn.type not in (int, float):
-        raise ParameterError(f"draw {drawn.name}: {given} is not allowed: the parameter takes {entry.allowed}, so give a choice")
+        raise ParameterError(f"draw {drawn.name} must be a choice (got {given}), as the parameter is {entry.allowed}")
     # An integer takes the share of the numbers that are rounded to it.
     half = 0.5 if drawn.type is int else 0.0
     if half and isinstance(distribution, Uniform):
@@ -308,7 +306,7 @@ def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Gr
     low, high = drawn.limits
     inside = distribution.truncated(*sorted(((low - half) / drawn.factor, (high + half) / drawn.factor)))
     if inside is None:
-        raise ParameterError(f"draw {drawn.name}: no value of {given} is allowed: the parameter takes {entry.allowed}")
+        raise ParameterError(f"draw {drawn.name} must have values that are {entry.allowed} (got {given})")
     return inside
 
 

@@ -237,7 +237,7 @@ class Computed(NamedTuple):
 def check_address(scheduler: str) -> None:
     """Check the form of the address of a scheduler. Raises ParameterError if it has another form."""
     if not re.fullmatch(r"(tcp|tls|ucx|wss?)://.+:\d{1,5}", scheduler):
-        raise ParameterError(f"--scheduler {scheduler} is not allowed: it takes an address such as tcp://host:8786")
+        raise ParameterError(f"--scheduler must be an address such as tcp://host:8786 (got {scheduler})")
 
 
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:

@@ -90,7 +90,7 @@ def exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
             (f"command of the {name}", np.abs(load + lag * change) / limit),
         ):
             if not np.mean(share <= MAX_LIMIT_SHARE) >= MIN_FEASIBLE_SHARE:
-                return f"the {what} takes {np.quantile(share, MIN_FEASIBLE_SHARE):.3g} of its limit"
+                return f"the {what} needs {np.quantile(share, MIN_FEASIBLE_SHARE):.3g} of its limit"
     return ""
 
 
@@ -200,4 +200,4 @@ def infeasible_rest(current: Array, wind: Array, a: ActuatorParameters, vessel: 
         np.where(X >= 0.0, X, math.inf) / (REST_SHARE * a.surge_force_limit), np.abs(N) / (MAX_LIMIT_SHARE * a.yaw_moment_limit)
     )
     smallest = float(np.min(share[balanced], initial=math.inf)) if len(balanced) else math.inf
-    return "" if smallest <= 1.0 or not (np.any(current) or np.any(wind)) else "the loads at rest take too much force"
+    return "" if smallest <= 1.0 or not (np.any(current) or np.any(wind)) else "the loads at rest need too much force"

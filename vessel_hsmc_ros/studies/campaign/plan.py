@@ -63,7 +63,9 @@ class Campaign(CampaignFile):
         """
         if Path(path).is_dir():
             if seed is not None:
-                raise ParameterError(f"seed {seed} is not allowed for the folder {path}: the rows in it have a seed already")
+                raise ParameterError(
+                    f"seed cannot be given for the folder {path} (got {seed}): the rows in it have a seed already"
+                )
             return cls.of_folder(path, runs)
         source = read_source(path)
         return cls.parse(source if seed is None else with_seed(source, seed), runs)
@@ -150,7 +152,7 @@ class Campaign(CampaignFile):
             ParameterError: the campaign has no run of that number.
         """
         if not 0 <= run < self.runs:
-            raise ParameterError(f"run {run} is not allowed: the campaign {self.name} has the runs 0 to {self.runs - 1}")
+            raise ParameterError(f"run must be 0 to {self.runs - 1} in the campaign {self.name} (got {run})")
         draw, variant = divmod(run, len(self.variants))
         values = self.values(draw)
         seed = {SEED: sampling.noise_seed(self.seed, draw), **self.changes, **values}[SEED]

@@ -90,9 +90,7 @@ def read_source(name: Path | str) -> Source:
         raise ScenarioError(f"campaign file {path} cannot be read: {in_one_line(error)}") from None
     scenario = document(Source(path.stem, text, "", "")).get("scenario")
     if not isinstance(scenario, str):
-        raise ScenarioError(
-            f"campaign file {path}: scenario = {scenario} is not allowed: it takes a name or the path of a YAML file"
-        )
+        raise ScenarioError(f"campaign file {path}: scenario must be a name or the path of a YAML file (got {scenario})")
     located = path.parent / scenario if Path(scenario).suffix in (".yaml", ".yml") else scenario
     return Source(path.stem, text, Path(scenario).stem, scenario_text(located))
 
@@ -104,7 +102,7 @@ def document(source: Source) -> dict[str, Any]:
     except yaml.YAMLError as error:
         raise ScenarioError(f"campaign {source.name} cannot be read: {in_one_line(error)}") from None
     if not isinstance(found, dict) or "scenario" not in found:
-        raise ScenarioError(f"campaign {source.name} is not a campaign file: it takes {', '.join(KEYS)}")
+        raise ScenarioError(f"campaign {source.name} is not a campaign file: its keys must be {', '.join(KEYS)}")
     for key in found:
         if key not in KEYS:
             raise ScenarioError(f"campaign {source.name}: {key} is not a key: {schema.suggestion(str(key), KEYS)}")
@@ -149,7 +147,7 @@ def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tupl
     if "" in variants:
         variants = {base.controller.law: {LAW: base.controller.law}}
     if base.vessel_sim.duration <= 0.0:
-        raise ParameterError("vessel_sim.duration = 0 s goes on for ever: in a campaign it must be above 0 s")
+        raise ParameterError("vessel_sim.duration must be above 0 s in a campaign (got 0 s, which has no end)")
     parameters = tuple(make_drawn(str(key), given, base) for key, given in _mapping(entries, "draw").items())
     has_grid = any(isinstance(parameter.distribution, Grid) for parameter in parameters)
     return (
@@ -171,7 +169,7 @@ def _find(name: Path | str) -> Path:
     if str(name) not in campaign_names():
         known = ", ".join(campaign_names())
         raise ScenarioError(
-            f"campaign {name} is unknown: it takes {f'one of {known} or ' if known else ''}the path of a YAML file"
+            f"campaign {name} is unknown: it must be {f'one of {known} or ' if known else ''}the path of a YAML file"
         )
     return share_directory() / "config" / "campaigns" / f"{name}.yaml"
 
@@ -179,16 +177,16 @@ def _find(name: Path | str) -> Path:
 def _mapping(entries: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     found = entries.get(key)
     if found is not None and not isinstance(found, dict):
-        raise ParameterError(f"{key}: {found} is not allowed: it takes names with their values, such as {{name: value}}")
+        raise ParameterError(f"{key} must be names with their values, such as {{name: value}} (got {found})")
     if not all(isinstance(name, str) for name in found or {}):
-        raise ParameterError(f"{key}: {found} is not allowed: every name must be a text")
+        raise ParameterError(f"every name of {key} must be a text (got {found})")
     return found or {}
 
 
 def _integer(entries: Mapping[str, Any], key: str, low: int, high: int, default: int | None) -> int:
     value = entries.get(key, default)
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise ParameterError(f"{key} = {value} is not allowed: it takes an integer from {low} to {high}")
+        raise ParameterError(f"{key} must be an integer from {low} to {high} (got {value})")
     return value
 
 
@@ -198,7 +196,7 @@ def _variants(entries: Mapping[str, Any]) -> dict[str, Mapping[str, object]]:
     if not variants:
         return {law: {LAW: law} for law in _laws(entries.get("laws"))}
     if "laws" in entries:
-        raise ParameterError(f"laws: {entries['laws']} is not allowed beside variants: give controller.law in each of them")
+        raise ParameterError(f"laws cannot be given with variants (got {entries['laws']}): give controller.law in each variant")
     for name, changes in variants.items():
         if (
             not isinstance(name, str)
@@ -206,7 +204,7 @@ def _variants(entries: Mapping[str, Any]) -> dict[str, Mapping[str, object]]:
             or not isinstance(changes, dict)
             or not all(isinstance(key, str) for key in changes)
         ):
-            raise ParameterError(f"variants: {name}: {changes} is not allowed: it takes a name with changes by node.parameter")
+            raise ParameterError(f"variants: {name} must be a name with changes by node.parameter (got {changes})")
     return dict(variants)
 
 
@@ -216,18 +214,20 @@ def _laws(given: Any) -> tuple[str, ...]:
     laws = given if isinstance(given, list) else [given]
     for law in laws:
         if law not in LAWS:
-            raise ParameterError(f"laws: {law} is not allowed: it takes any of {', '.join(LAWS)}")
+            raise ParameterError(f"laws must be any of {', '.join(LAWS)} (got {law})")
     if not laws or len(set(laws)) < len(laws):
-        raise ParameterError(f"laws: {laws} is not allowed: it takes different laws, at least one")
+        raise ParameterError(f"laws must be different laws, at least one (got {laws})")
     return tuple(laws)
 
 
 def _sampling(entries: Mapping[str, Any], has_grid: bool) -> str:
     method = entries.get("sampling", "random")
     if method not in sampling.METHODS:
-        raise ParameterError(f"sampling = {method} is not allowed: it takes one of {', '.join(sampling.METHODS)}")
+        raise ParameterError(f"sampling must be one of {', '.join(sampling.METHODS)} (got {method})")
     if has_grid and method == "sobol":
-        raise ParameterError("sampling = sobol is not allowed with a grid, whose combinations cut its sequence into pieces")
+        raise ParameterError(
+            "sampling must be random or latin_hypercube with a grid, which cuts a Sobol sequence into pieces (got sobol)"
+        )
     return str(method)
 
 
@@ -240,8 +240,6 @@ def _limits(given: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, float
         in_lengths = isinstance(entry, dict) and list(entry) == [LENGTHS]
         limit = entry[LENGTHS] if in_lengths else entry
         if isinstance(limit, bool) or not isinstance(limit, int | float) or not (math.isfinite(limit) and limit >= 0.0):
-            raise ParameterError(
-                f"limits: {name} = {limit} is not allowed: it takes a finite number, not below 0, or {{{LENGTHS}: number}}"
-            )
+            raise ParameterError(f"limits: {name} must be a finite number, not below 0, or {{{LENGTHS}: number}} (got {limit})")
         found[in_lengths][name] = float(limit)
     return found

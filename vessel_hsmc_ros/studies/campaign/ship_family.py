@@ -263,7 +263,7 @@ def _make_survey(turn: Turn, hull: ShipParameters, scale: Scale) -> Made:
         else:
             break
     else:
-        raise ParameterError("no survey is feasible for this ship: legs and U-turns take more than its propulsion at any speed")
+        raise ParameterError("no survey is feasible for this ship: legs and U-turns need more than its propulsion at any speed")
     period = 2.0 * (planned.route.length - one.leg_length) / one.speed
     legs = max(LEGS, math.ceil(2.0 * (MAX_TURN_TIMES * scale.T + turn.rise_time) / period) + 1)
     survey = schema.flatten(replace(one, legs=legs))

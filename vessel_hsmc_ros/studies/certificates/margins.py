@@ -80,7 +80,7 @@ def study(scenario: Scenario) -> Study:
     c, period = scenario.controller, RateGrid(scenario.controller.rate_hz).period
     law, point = make_law(_without_identification(c)), controlled_point_of(c.vessel, period)
     if not isinstance(law, KernelLaw):
-        raise ParameterError(f"controller.law = {c.law} is not allowed: margins are those of a law with a kernel, such as guided")
+        raise ParameterError(f"controller.law must be a law with a kernel, such as guided, for margins (got {c.law})")
     speed = max(mean, point.U_0)
     found = {name: margins(loop, period) for name, loop in loops(law, point, ship_about(scenario, speed), period).items()}
     return Study(speed, found, *_needs(scenario, motion))

@@ -22,7 +22,7 @@ from vessel_hsmc_ros.studies.runs import batch, worker_pool
 LAW = "controller.law"
 
 MAX_SWEEP_POINTS = 100_000  # largest number of values of an axis
-FORM = "it takes node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
+FORM = "node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
 
 
 class Axis(NamedTuple):
@@ -64,13 +64,13 @@ def parse_axis(text: str) -> Axis:
     """
     name, equals, given = text.partition("=")
     if not (equals and name.strip() and given.strip()):
-        raise ParameterError(f"sweep of {text} is not allowed: {FORM}")
+        raise ParameterError(f"sweep must be {FORM} (got {text})")
     if ":" in given:
         return Axis(name.strip(), _range(text, given.split(":")))
     try:  # as a YAML list, so that values may be numbers, texts or lists themselves
         values = tuple(read_yaml(f"[{given}]"))
     except yaml.YAMLError:
-        raise ParameterError(f"sweep of {text} is not allowed: {FORM}") from None
+        raise ParameterError(f"sweep must be {FORM} (got {text})") from None
     return Axis(name.strip(), values)
 
 
@@ -80,13 +80,13 @@ def _range(text: str, parts: Sequence[str]) -> tuple[float, ...]:
     try:
         start, stop, count = float(parts[0]), float(parts[1]), int(parts[2])
     except (IndexError, ValueError):
-        raise ParameterError(f"sweep of {text} is not allowed: {FORM}") from None
+        raise ParameterError(f"sweep must be {FORM} (got {text})") from None
     if (parts[3:] and not logarithmic) or not (math.isfinite(start) and math.isfinite(stop)):
-        raise ParameterError(f"sweep of {text} is not allowed: {FORM}")
+        raise ParameterError(f"sweep must be {FORM} (got {text})")
     if not 2 <= count <= MAX_SWEEP_POINTS:
-        raise ParameterError(f"sweep of {text} is not allowed: count takes an integer from 2 to {MAX_SWEEP_POINTS}")
+        raise ParameterError(f"count of the sweep must be an integer from 2 to {MAX_SWEEP_POINTS} (got {text})")
     if logarithmic and not start * stop > 0.0:
-        raise ParameterError(f"sweep of {text} is not allowed: with log, start and stop take numbers of the same sign, not 0")
+        raise ParameterError(f"start and stop of a sweep with log must be numbers of the same sign, not 0 (got {text})")
     space = np.geomspace if logarithmic else np.linspace
     # Rounded to 12 digits: 0.3 instead of 0.30000000000000004.
     values = tuple(float(f"{value:.12g}") for value in space(start, stop, count))
@@ -113,9 +113,7 @@ def points(
     """
     names = [axis.parameter for axis in axes]
     if not 1 <= len(set(names)) == len(names) <= 2:
-        raise ParameterError(
-            f"sweep of {' and '.join(names) or 'nothing'} is not allowed: it takes one or two different parameters"
-        )
+        raise ParameterError(f"sweep must have one or two different parameters (got {' and '.join(names) or 'nothing'})")
     combinations = list(itertools.product(*(axis.values for axis in axes)))
     return [
         Point(scenario, values, {**(changes or {}), **selected, **dict(zip(names, values, strict=True))}, law)
@@ -173,4 +171,4 @@ def check_metrics(names: Sequence[str]) -> None:
     """Check names of metrics. Raises ParameterError if there is no metric of that name."""
     for name in names:
         if name not in Metrics._fields:
-            raise ParameterError(f"--metric {name} is not allowed: it takes any of {', '.join(Metrics._fields)}")
+            raise ParameterError(f"--metric must be any of {', '.join(Metrics._fields)} (got {name})")

@@ -254,7 +254,7 @@ def check_known(known: Mapping[str, object]) -> None:
     """Check that what is known of a ship suffices for a vessel file. Raises ParameterError if length or beam is not known."""
     for needed in ("length", "beam"):
         if needed not in known:
-            raise ParameterError(f"the {needed} of the ship is not known: it takes --vessel START, or --{needed}")
+            raise ParameterError(f"the {needed} of the ship is not known: give --vessel START, or --{needed}")
 
 
 def is_identified(path: Path) -> bool:

@@ -274,7 +274,7 @@ def predict(
     duration = float(measurements.time[-1] - measurements.time[0])
     if duration < window:
         raise IdentificationError(
-            f"{measurements.name} lasts {duration:.1f} s: a prediction takes at least one window of {window:g} s"
+            f"{measurements.name} lasts {duration:.1f} s: a prediction needs at least one window of {window:g} s"
         )
     smoothed = smooth(measurements)
     cut = windows([measurements], window, exact=True)

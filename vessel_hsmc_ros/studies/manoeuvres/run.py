@@ -163,7 +163,7 @@ def run(
     names = list(kinds)
     for name in names:
         if name not in PLANS:
-            raise ParameterError(f"manoeuvre {name} is unknown: it takes any of {', '.join(PLANS)}")
+            raise ParameterError(f"manoeuvre {name} is unknown: it must be any of {', '.join(PLANS)}")
     scaled = ship_of(ship) if isinstance(ship, Scenario) else ship
     found = {}
     for number, name in enumerate(names):

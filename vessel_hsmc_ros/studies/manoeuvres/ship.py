@@ -82,7 +82,7 @@ def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) ->
         return ship_of(in_still_water(Path(name).stem, {"vessel": str(name), **(changes or {})}))
     if Path(name).suffix not in SUFFIXES and name not in scenario_names():
         known = ", ".join((*vessel_names(), *scenario_names()))
-        raise ScenarioError(f"{name} is neither a vessel nor a scenario: it takes one of {known} or the path of a YAML file")
+        raise ScenarioError(f"{name} is neither a vessel nor a scenario: it must be one of {known} or the path of a YAML file")
     return ship_of(load_scenario(name, changes))
 
 

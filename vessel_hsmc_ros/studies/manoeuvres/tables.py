@@ -157,7 +157,7 @@ def notes(done: Manoeuvre) -> Iterator[str]:
     if math.inf in done.metrics.values():
         yield "The rudder does not check the yaw: the ship goes on turning against it."
     if not done.complete:
-        yield "Not everything is steady at the end of its step: near the edge of its loop a ship takes very long to settle."
+        yield "Not everything is steady at the end of its step: near the edge of its loop a vessel needs very long to settle."
     hull, track = done.scenario.vessel_sim.vessel, done.track
     # A track is mirrored to the side of its first turn.
     side = 1.0 if done.scenario.controller.manoeuvre.side == "port" else -1.0

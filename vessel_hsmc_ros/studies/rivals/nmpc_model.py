@@ -100,9 +100,7 @@ def load_casadi() -> Any:
     try:
         import casadi
     except ModuleNotFoundError:
-        raise ParameterError(
-            "controller.law = nmpc is not allowed here: it takes CasADi, the package's extra `nmpc` (pip install casadi)"
-        ) from None
+        raise ParameterError("controller.law = nmpc needs CasADi, the package's extra `nmpc` (pip install casadi)") from None
     return casadi
 
 

@@ -107,7 +107,7 @@ def verdict(check: ShipCheck) -> list[str]:
     lines = [
         f"full surge force: {quantity(c.speed, 'm/s')}{beyond}; with the full yaw moment a turning circle of"
         f" {quantity(c.turn_diameter, 'm')} at {quantity(math.degrees(c.turn_rate), '°/s')}",
-        f"the circle takes {100.0 * c.surge_share:.0f} % of the surge force, {100.0 * c.yaw_share:.0f} % of the yaw moment and a"
+        f"the circle needs {100.0 * c.surge_share:.0f} % of the surge force, {100.0 * c.yaw_share:.0f} % of the yaw moment and a"
         f" drift angle of {math.degrees(c.demand.drift):.1f}° in calm water",
     ]
     error = f"below {100.0 * NEGLIGIBLE:g} % of the ship's length"

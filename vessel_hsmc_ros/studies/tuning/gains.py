@@ -12,7 +12,7 @@ from vessel_hsmc_ros.core.schema import Entry
 from vessel_hsmc_ros.scenario.parameters import controller_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
-FORM = "it takes controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
+FORM = "controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
 
 NODE, SHARED = "controller.", "observer."
 """All gains are parameters of the controller: those of its law, and of the observer, which every law can have."""
@@ -59,7 +59,7 @@ def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]
         for parameter in _matching(name, law, entries, values) if "*" in name and not equals else [name]:
             entry = _declared(parameter, law, entries)
             if parameter in gains and "*" not in name:
-                raise ParameterError(f"--gain {text} is not allowed: {parameter} is given twice")
+                raise ParameterError(f"--gain must be given once for each gain (got {text}, and {parameter} before)")
             present_value = values[entry.name]
             gain = _in_range(entry, text, span) if equals else _around(entry, present_value)
             gains.setdefault(parameter, gain)
@@ -71,7 +71,7 @@ def _matching(pattern: str, law: str, entries: Mapping[str, Entry], values: Mapp
     own = [name for name, entry in entries.items() if name.startswith(f"{law}.") and entry.type is float and values[name]]
     if found := [NODE + name for name in own if fnmatchcase(NODE + name, pattern)]:
         return found
-    raise ParameterError(f"--gain {pattern} is not allowed: it matches none of {', '.join(NODE + name for name in own)}")
+    raise ParameterError(f"--gain must match one of {', '.join(NODE + name for name in own)} (got {pattern})")
 
 
 def _declared(parameter: str, law: str, entries: Mapping[str, Entry]) -> Entry:
@@ -81,9 +81,9 @@ def _declared(parameter: str, law: str, entries: Mapping[str, Entry]) -> Entry:
     if name in mine and parameter.startswith(NODE):
         if entries[name].type in (int, float):
             return entries[name]
-        raise ParameterError(f"--gain {parameter} is not allowed: it takes {entries[name].allowed}, and a gain is a number")
+        raise ParameterError(f"--gain must be a number, and {parameter} is {entries[name].allowed}")
     if name in entries and parameter.startswith(NODE):
-        raise ParameterError(f"--gain {parameter} is not allowed: it is not a gain of {law}, the law to tune")
+        raise ParameterError(f"--gain must be one of {law}, the law to tune (got {parameter})")
     hint = schema.suggestion(parameter, [NODE + known for known in mine])
     raise ParameterError(f"--gain {parameter} is not a gain of {law}: {hint}")
 
@@ -95,15 +95,15 @@ def _in_range(entry: Entry, text: str, span: str) -> Gain:
     try:
         low, high = (entry.type(part) for part in parts[:2])
     except ValueError:
-        raise ParameterError(f"--gain {text} is not allowed: {FORM}") from None
+        raise ParameterError(f"--gain must be {FORM} (got {text})") from None
     if parts[2:] and not logarithmic:
-        raise ParameterError(f"--gain {text} is not allowed: {FORM}")
+        raise ParameterError(f"--gain must be {FORM} (got {text})")
     for value in (low, high):  # names the value and the declared range
         schema.check(entry, value, NODE.removesuffix("."))
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        raise ParameterError(f"--gain {text} is not allowed: low takes a number below high, and both are finite")
+        raise ParameterError(f"--gain must have low below high, both finite (got {text})")
     if logarithmic and not low > 0.0:
-        raise ParameterError(f"--gain {text} is not allowed: with log, low takes a number above 0")
+        raise ParameterError(f"--gain with log must have low above 0 (got {text})")
     return Gain(NODE + entry.name, low, high, logarithmic, entry.type is int, entry.unit)
 
 

@@ -116,12 +116,12 @@ def law_of(cases: Sequence[Case]) -> str:
     """The law of all cases. Raises ScenarioError if there is no case, or the cases have several laws."""
     laws = sorted({case.scenario.controller.law for case in cases})
     if not laws:
-        raise ScenarioError("a tuning without runs is not allowed: the suite has no rows")
+        raise ScenarioError("a tuning needs runs: the suite has no rows")
     if len(laws) > 1:
         raise ScenarioError(f"the runs have the laws {', '.join(laws)}: choose one by --law")
     for case in cases:
         if case.scenario.vessel_sim.duration <= 0.0:
-            raise ParameterError("vessel_sim.duration = 0 s goes on for ever: for tuning it must be above 0 s")
+            raise ParameterError("vessel_sim.duration must be above 0 s for tuning (got 0 s, which has no end)")
     return laws[0]
 
 
@@ -153,9 +153,9 @@ class Objective:
     def __post_init__(self) -> None:
         for option, name in (("--metric", self.metric), ("--second-metric", self.second)):
             if name not in Metrics._fields:
-                raise ParameterError(f"{option} {name} is not allowed: it takes one of {', '.join(Metrics._fields)}")
+                raise ParameterError(f"{option} must be one of {', '.join(Metrics._fields)} (got {name})")
         if self.two and self.metric == self.second:
-            raise ParameterError(f"--second-metric {self.second} is not allowed: it is the metric of the cost")
+            raise ParameterError(f"--second-metric must be another metric than that of the cost (got {self.second})")
 
     def values(self, outcomes: Sequence[Outcome]) -> Array:
         """The two metrics of all runs, (n, 2); NaN for a run that failed or has no value."""
@@ -231,7 +231,7 @@ class Tuning:
 
     def __post_init__(self) -> None:
         if not self.gains:
-            raise ParameterError("a tuning without gains is not allowed: it takes --gain controller.law.name")
+            raise ParameterError("a tuning needs gains: give --gain controller.law.name")
 
     def simulate(self, scenarios: Sequence[Scenario], on_run: Callable[[Outcome], None] | None = None) -> list[Outcome]:
         """Simulate scenarios; `on_run` is called with each outcome as soon as it is known."""
