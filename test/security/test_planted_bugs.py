@@ -30,7 +30,7 @@ class Equal(int):
 
 def unwrapped(decoder: Any, data: bytes) -> Any:
     """A message, with the exceptions of its reader."""
-    return decoder._objects.read(data)
+    return decoder._type.read(data)
 
 
 def waypoint(row: Any, place: str) -> Any:
@@ -43,7 +43,7 @@ ANY_SUM = SimpleNamespace(crc32=lambda *_: Equal(1))
 ROOM = "vessel_hsmc_ros"
 PLANTED: dict[str, tuple[str, str, Any]] = {
     "a text without its end": ("message", "bags.cdr_columns._ended", lambda *_: True),
-    "bytes behind the last field": ("message", "bags.message_decoder.UNUSED", 10_000),
+    "bytes behind the last field": ("message", "bags.cdr_columns.UNUSED", 10_000),
     "no ranges in a scenario": ("scenario", "core.schema._outside", lambda *_: False),
     "no ranges of changes": ("parameters", "core.schema._outside", lambda *_: False),
     "no ranges at all": ("ranges", "core.schema._outside", lambda *_: False),
