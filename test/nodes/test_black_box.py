@@ -3,6 +3,7 @@
 import io
 import math
 import os
+import pickle
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -10,14 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 from driving import ACCELERATION, REFERENCE, STATE, Plant
+from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.bags import black_box as writer
+from vessel_hsmc_ros.bags.black_box import Head
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import black_box
+from vessel_hsmc_ros.nodes import black_box, qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 
@@ -62,6 +65,7 @@ def test_an_input_that_is_not_finite_writes_the_last_inputs_outputs_diagnostics_
 ) -> None:
     plant, node = steering
     plant.send_odometry(bench.probe.get_clock().now().nanoseconds, STATE * math.nan)
+    bench.until(lambda: any(b"odometry with x = nan" in data for _, (_, topic, _, data) in node.black_box._kept))
     bench.until(lambda: node.black_box._writing)
     node.black_box.close()
     bag = the_bag(bench, tmp_path / "boxes")
@@ -92,7 +96,7 @@ def test_the_memory_of_a_black_box_is_bounded_in_time_and_size(
     monkeypatch.setattr(black_box, "MEMORY", 2000)
     for _ in range(100):
         box.keep("/cmd_wrench", wrench)
-    assert 1000 < sum(len(entry) for _, entry in box._kept) <= 2000
+    assert 1000 < sum(len(data) for _, (*_, data) in box._kept) <= 2000
     box._span = 0
     box.keep("/cmd_wrench", wrench)
     assert len(box._kept) == 1
@@ -103,22 +107,21 @@ def test_a_message_that_is_larger_than_the_memory_neither_ends_the_node_nor_disp
     bench: Any, steering: Any, monkeypatch: pytest.MonkeyPatch, over: int
 ) -> None:
     _, node = steering
-    box, lines = node.black_box, []
-    monkeypatch.setattr(box, "log", lambda *line: lines.append(line))
-    monkeypatch.setattr(node.get_logger(), "_keep", lambda *line: lines.append(line))
+    box, lines = node.black_box, bench.collect(Log, "/rosout", qos.CLOCK)
     monkeypatch.setattr(black_box, "MEMORY", 10_000)
     message = conv.new_odometry()
-    message.header.frame_id = "x" * (black_box.MEMORY + over - len(writer.record(0, 0, serialize_message(message))))
+    message.header.frame_id = "x" * (black_box.MEMORY + over - len(serialize_message(message)))
     first = box.receiver("/odom", type(message), lambda _: None)
     for _ in range(5):
         box.keep("/cmd_wrench", conv.new_wrench())
     kept = len(box._kept)
     first(serialize_message(message))
-    too_large = len(writer.record(0, 0, serialize_message(message))) > black_box.MEMORY
+    too_large = len(serialize_message(message)) > black_box.MEMORY
     assert (len(box._kept) == kept) is too_large
-    assert any("a message of /odom must be at most" in text for *_, text in lines) or not too_large
+    if too_large:
+        bench.until(lambda: any("a message of /odom must be at most" in line.msg for line in lines))
     box.keep("/cmd_wrench", conv.new_wrench())
-    assert sum(len(entry) for _, entry in box._kept) <= 10_000
+    assert sum(len(data) for _, (*_, data) in box._kept) <= 10_000
 
 
 @pytest.mark.parametrize("step", [3600, -3600, 31])
@@ -129,27 +132,33 @@ def test_a_clock_that_is_set_does_not_empty_a_black_box(monkeypatch: pytest.Monk
         monkeypatch.setattr(boxes.box, "_stamp", lambda: stamps[-1])
         boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([k]))
     boxes.write("an error")
-    assert boxes.written == [b"".join(writer.record(stamp, 0, bytes([k])) for k, stamp in enumerate(stamps))]
+    assert boxes.written == [[wrench(bytes([k]), stamp) for k, stamp in enumerate(stamps)]]
+
+
+def wrench(data: bytes, stamp: int = 5) -> writer.Message:
+    return stamp, "/cmd_wrench", "geometry_msgs/msg/WrenchStamped", data
+
+
+def content(folders: list[str], *messages: writer.Message) -> io.BytesIO:
+    return io.BytesIO(b"".join(map(pickle.dumps, (Head(folders, {}, ""), *messages))))
 
 
 def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     folders = [str(tmp_path / "file" / "bag"), str(tmp_path / "bag")]
-    wrench = os.urandom(4)
-    data = writer.header(folders, {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
-    folder, refused = writer.write(io.BytesIO(data + writer.record(5, 0, wrench)))
+    data = os.urandom(4)
+    folder, refused = writer.write(content(folders, wrench(data)))
     assert folder == tmp_path / "bag"
     assert "cannot be made: Not a directory" in refused
     (message,) = open_bag(folder).raw_messages("/cmd_wrench")
-    assert (message.log_time, message.data) == (5, wrench)
+    assert (message.log_time, message.data) == (5, data)
     with pytest.raises(BagError, match="Not a directory"):
-        writer.write(io.BytesIO(writer.header(folders[:1], {}, {}, "")))
+        writer.write(content(folders[:1]))
 
 
 def small(*folders: Path) -> io.BytesIO:
     """The content of a black box with one message."""
-    header = writer.header([*map(str, folders)], {}, {"/cmd_wrench": "geometry_msgs/msg/WrenchStamped"}, "")
-    return io.BytesIO(header + writer.record(5, 0, bytes(4)))
+    return content([*map(str, folders)], wrench(bytes(4)))
 
 
 def test_a_name_that_repeats_loses_nothing(tmp_path: Path) -> None:
@@ -163,7 +172,7 @@ def test_a_folder_that_another_process_makes_in_between_is_left_alone(tmp_path: 
     wanted, spare = tmp_path / "box", tmp_path / "spare" / "box"
     wanted.mkdir()
     (wanted / "notes.txt").write_text("of another")
-    monkeypatch.setattr(writer, "_unused", lambda folder: folder)
+    monkeypatch.setattr(Path, "exists", lambda _: False)
     folder, refused = writer.write(small(wanted, spare))
     assert folder == spare
     assert "File exists" in refused
@@ -192,9 +201,9 @@ class Boxes:
     """Black boxes of a node without ROS, whose bags are not written: `written` has what the writing process would get."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.written: list[bytes] = []
+        self.written: list[list[writer.Message]] = []
         clock = SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=5))
-        log = SimpleNamespace(warning=lambda _: None, error=lambda _: None)
+        log = SimpleNamespace(warning=lambda _: None, error=lambda _: None, name="alpha.controller")
         node = SimpleNamespace(
             get_fully_qualified_name=lambda: "/alpha/controller",
             get_logger=lambda: log,
@@ -204,8 +213,8 @@ class Boxes:
         monkeypatch.setattr(black_box, "_run", self._take)
         self.box = black_box.BlackBox(node, BlackBoxParameters(duration=30.0, directory="x"), lambda: 5)  # type: ignore[arg-type]
 
-    def _take(self, _head: bytes, pieces: Any) -> Any:
-        self.written.append(b"".join(pieces))
+    def _take(self, _head: Head, messages: Any) -> Any:
+        self.written.append([*messages])
         return SimpleNamespace(returncode=0, stdout=b"x\n\n")
 
     def write(self, reason: str, ends: bool = False) -> None:
@@ -215,15 +224,23 @@ class Boxes:
         assert not self.box._writing.is_alive()
 
 
-@pytest.mark.parametrize("count", [1, 6, 7, 8, 50])
-def test_every_message_of_a_black_box_reaches_its_bag_whatever_the_pieces(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
-    monkeypatch.setattr(black_box, "PIECE", 7)
-    boxes, expected = Boxes(monkeypatch), []
+@pytest.mark.parametrize("count", [1, 50])
+def test_every_message_of_a_black_box_reaches_its_bag(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
+    boxes = Boxes(monkeypatch)
     for k in range(count):
         boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([k] * 3))
-        expected.append(writer.record(5, 0, bytes([k] * 3)))
     boxes.write("an error")
-    assert boxes.written == [b"".join(expected)]
+    assert boxes.written == [[wrench(bytes([k] * 3)) for k in range(count)]]
+
+
+def test_the_log_of_other_nodes_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    boxes = Boxes(monkeypatch)
+    for name in ("alpha.controller", "alpha.vessel_sim", "controller"):
+        boxes.box.keep_log(Log(name=name, msg=name))
+    boxes.write("an error")
+    ((message,),) = boxes.written
+    assert (message[1], message[2]) == ("/rosout", "rcl_interfaces/msg/Log")
+    assert b"alpha.controller" in message[3]
 
 
 def test_a_second_error_within_a_minute_writes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -231,7 +248,7 @@ def test_a_second_error_within_a_minute_writes_nothing(monkeypatch: pytest.Monke
     for number in range(3):
         boxes.box.keep("/cmd_wrench", conv.new_wrench(), bytes([number]))
         boxes.write("an error")
-    assert boxes.written == [writer.record(5, 0, bytes([0]))]
+    assert boxes.written == [[wrench(bytes([0]))]]
 
 
 def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -249,7 +266,7 @@ def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason
     monkeypatch: pytest.MonkeyPatch, code: int
 ) -> None:
     boxes, lines = Boxes(monkeypatch), []
-    log = SimpleNamespace(warning=lambda text: lines.append(("warning", text)), error=lambda text: lines.append(("error", text)))
+    log = SimpleNamespace(error=lambda text: lines.append(("error", text)), name="controller")
     monkeypatch.setattr(boxes.box._node, "get_logger", lambda: log)
     done = SimpleNamespace(returncode=code, stdout=b"", stderr=b"no space left\n")
     monkeypatch.setattr(black_box, "_run", lambda *_: done)
@@ -261,7 +278,7 @@ def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason
 @pytest.mark.parametrize("refused", ["", "the first folder cannot be made"])
 def test_the_line_that_names_a_black_box_has_its_cause(monkeypatch: pytest.MonkeyPatch, refused: str) -> None:
     boxes, lines = Boxes(monkeypatch), []
-    monkeypatch.setattr(boxes.box._node, "get_logger", lambda: SimpleNamespace(warning=lines.append))
+    monkeypatch.setattr(boxes.box._node, "get_logger", lambda: SimpleNamespace(warning=lines.append, name="controller"))
     done = SimpleNamespace(returncode=0, stdout=f"boxes/1\n{refused}".encode(), stderr=b"")
     monkeypatch.setattr(black_box, "_run", lambda *_: done)
     boxes.box.keep("/cmd_wrench", conv.new_wrench())
@@ -296,4 +313,4 @@ def test_what_follows_an_error_for_a_while_is_in_its_bag(monkeypatch: pytest.Mon
     waited = SimpleNamespace(wait=lambda _: boxes.box.keep("/cmd_wrench", conv.new_wrench(), b"after"))
     monkeypatch.setattr(boxes.box, "_ending", waited)
     boxes.write("an error")
-    assert boxes.written == [writer.record(5, 0, b"before") + writer.record(5, 0, b"after")]
+    assert boxes.written == [[wrench(b"before"), wrench(b"after")]]

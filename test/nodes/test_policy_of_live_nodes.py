@@ -71,7 +71,7 @@ PASSES = 4
 
 CLIENTS = {f"/*/{service}" for service in ("list_parameters", "get_parameters")}
 UNSEEN: dict[tuple[Any, str], set[str]] = {
-    (ControllerNode, "subscribe"): {"/cmd_wrench"},  # while another node publishes it
+    (ControllerNode, "subscribe"): {"/cmd_wrench", "/rosout"},  # while another node publishes it; with a black box
     (MarkerNode, "publish"): {"/tf"},  # where tf2_msgs is installed
     (RecorderNode, "request"): CLIENTS,  # for a moment, when a node appears
     (LiveNode, "subscribe"): {"/" + topic.lstrip("/") for topic in WATCHED_TOPICS} - {"/clock"} | {"/thrusters/*"},  # on demand

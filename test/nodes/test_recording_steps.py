@@ -129,7 +129,7 @@ def test_what_a_black_box_keeps_is_what_came_within_its_time_each_time(bench: An
         box.keep("/cmd_wrench", conv.new_wrench())
         kept = [stamp * 1e-9 for stamp, _ in box._kept]
         assert kept == [each for each in (0.0, 1.0, 2.0, 2.5, 9.0, 9.5) if at - 2.0 <= each <= at]
-        assert box._size == sum(len(entry) for _, entry in box._kept)
+        assert box._size == sum(len(data) for _, (*_, data) in box._kept)
 
 
 @pytest.mark.parametrize("simulated", [True, False])

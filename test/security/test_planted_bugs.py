@@ -30,7 +30,7 @@ class Equal(int):
 
 def unwrapped(decoder: Any, data: bytes) -> Any:
     """A message, with the exceptions of its reader."""
-    return decoder._objects.read(data)
+    return decoder._type.read(data)
 
 
 def waypoint(row: Any, place: str) -> Any:
@@ -43,7 +43,7 @@ ANY_SUM = SimpleNamespace(crc32=lambda *_: Equal(1))
 ROOM = "vessel_hsmc_ros"
 PLANTED: dict[str, tuple[str, str, Any]] = {
     "a text without its end": ("message", "bags.cdr_columns._ended", lambda *_: True),
-    "bytes behind the last field": ("message", "bags.message_decoder.UNUSED", 10_000),
+    "bytes behind the last field": ("message", "bags.cdr_columns.UNUSED", 10_000),
     "no ranges in a scenario": ("scenario", "core.schema._outside", lambda *_: False),
     "no ranges of changes": ("parameters", "core.schema._outside", lambda *_: False),
     "no ranges at all": ("ranges", "core.schema._outside", lambda *_: False),
@@ -60,7 +60,7 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     "times that do not increase": ("csv", "studies.identification.measurements.checked", lambda run: run),
     "a waypoint that is not finite": ("waypoints", "cli.path._waypoint", waypoint),
     "no checksums": ("bag", "bags.mcap_contents.zlib", ANY_SUM),
-    "messages with their own exceptions": ("unchecked_bag", "bags.message_decoder.MessageDecoder.deserialize", unwrapped),
+    "messages with their own exceptions": ("unchecked_bag", "bags.topic_columns.MessageDecoder.deserialize", unwrapped),
     "metadata that is no YAML": ("metadata", "bags.rosbag2_metadata.yaml", SimpleNamespace(YAMLError=KeyError)),
 }
 """Target, what is replaced in its reader, and by what."""

@@ -2,73 +2,52 @@
 
     python -m vessel_hsmc_ros.bags.black_box < content
 
-The content is a line of JSON (`header`), followed by records. The process prints the folder of the bag. Libraries are imported
-where they are used: a node that makes a content need not load them.
+The content is pickled: first a `Head`, then each message as time, ns, topic, type and serialised message. The process prints the
+folder of the bag. Libraries are imported where they are used: a node that makes a content need not load them.
 """
 
 import itertools
-import json
 import os
-import struct
+import pickle
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from shutil import rmtree
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import BagError
 
 WRITER = "vessel_hsmc_ros.bags.black_box"  # this module, for the process
 NICENESS = 10  # niceness of the process: the control loop has priority
-_RECORD = struct.Struct("<qHI")
+
+Message = tuple[int, str, str, bytes]
 
 
-def header(folders: Sequence[str], notes: Mapping[str, str], topics: Mapping[str, str], parameters: str) -> bytes:
-    """The first line of the content: where the bag may be written, in the order of preference, and what it has besides messages.
+class Head(NamedTuple):
+    """What a bag has besides messages."""
 
-    `topics`: message types by topic, in the order of the topics' numbers. `parameters`: those of the node, as a ROS parameters
-    file.
-    """
-    content = {"folders": list(folders), "notes": dict(notes), "topics": list(topics.items()), "parameters": parameters}
-    return json.dumps(content).encode() + b"\n"
-
-
-def record(time: int, topic: int, data: bytes) -> bytes:
-    """A message in the content."""
-    return _RECORD.pack(time, topic, len(data)) + data
-
-
-def records(content: bytes) -> Iterator[tuple[int, int, bytes]]:
-    """The messages in a content without its first line: time, number of the topic, data.
-
-    One that is cut off at the end, because the node was killed while it passed the content on, is left out.
-    """
-    begin = _RECORD.size
-    while begin <= len(content):
-        time, topic, length = _RECORD.unpack_from(content, begin - _RECORD.size)
-        if begin + length > len(content):
-            return
-        yield time, topic, content[begin : begin + length]
-        begin += length + _RECORD.size
+    folders: list[str]  # where it may be written, in the order of preference
+    notes: dict[str, str]
+    parameters: str  # those of the node, as a ROS parameters file
 
 
 def write(content: BinaryIO) -> tuple[Path, str]:
     """Write the bag into the first folder that takes it; one that exists is left alone, and another name is taken beside it.
 
+    Names repeat: two processes start in the same second, and a computer without a battery for its clock starts at the same time.
     Returns the bag's folder, and why none of the folders before it took the bag; empty if it is the first. Raises BagError if
     no folder takes the bag, or there is no content.
     """
-    head = content.readline()
-    if not head.endswith(b"\n"):
+    head, *messages = _loaded(content) or [None]
+    if head is None:
         raise BagError("the content of the black box is cut off before its first message")
-    about = json.loads(head)
-    messages = content.read()
     refused = ""
-    for wanted in map(Path, about["folders"]):
-        folder = _unused(wanted)
+    for wanted in map(Path, head.folders):
+        others = (wanted.with_name(f"{wanted.name}_{number}") for number in itertools.count(2))
+        folder = next(name for name in itertools.chain([wanted], others) if not name.exists())
         try:
-            _write(folder, about, messages)
+            _write(folder, head, messages)
         except BagError as error:
             refused = str(error)
         else:
@@ -76,33 +55,35 @@ def write(content: BinaryIO) -> tuple[Path, str]:
     raise BagError(refused)
 
 
-def _unused(folder: Path) -> Path:
-    """The folder, or the first of folder_2, folder_3 and so on that does not exist.
+def _loaded(content: BinaryIO) -> list[Any]:
+    """The parts of a content without one that is cut off, because the node was killed while it passed the content on."""
 
-    Names repeat: two processes start in the same second, and a computer without a battery for its clock starts at the same time.
-    """
-    names = itertools.chain([folder], (folder.with_name(f"{folder.name}_{number}") for number in itertools.count(2)))
-    return next(name for name in names if not name.exists())
+    def parts() -> Iterator[Any]:
+        with suppress(EOFError, pickle.UnpicklingError):
+            while True:
+                yield pickle.load(content)  # noqa: S301 - the process that starts this one has written it
+
+    return [*parts()]
 
 
-def _write(folder: Path, about: Mapping[str, Any], messages: bytes) -> None:
+def _write(folder: Path, head: Head, messages: list[Message]) -> None:
     """Write the bag into a folder that does not exist; if it cannot be written, what has been made of it is removed."""
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter, Topic, qos_entry
     from vessel_hsmc_ros.messages.topics import definition
 
-    writer = BagWriter(folder, notes=about["notes"])
+    writer = BagWriter(folder, notes=head.notes)
     try:
-        writer.attach(PARAMETERS, about["parameters"])
-        topics = []
-        for name, kind in about["topics"]:
-            text, store = definition(kind), get_typestore(Stores.EMPTY)
-            store.register(get_types_from_msg(text, kind))
-            topics.append(Topic(name, kind, text, store.hash_rihs01(kind), [qos_entry(True, False)]))
-            writer.add_topic(topics[-1])
-        for time, number, data in records(messages):
-            writer.write(topics[number], data, time, time)
+        writer.attach(PARAMETERS, head.parameters)
+        topics: dict[str, Topic] = {}
+        for time, name, kind, data in messages:
+            if name not in topics:
+                text, store = definition(kind), get_typestore(Stores.EMPTY)
+                store.register(get_types_from_msg(text, kind))
+                topics[name] = Topic(name, kind, text, store.hash_rihs01(kind), [qos_entry(True, False)])
+                writer.add_topic(topics[name])
+            writer.write(topics[name], data, time, time)
         writer.close()
     except BagError:
         rmtree(folder, ignore_errors=True)

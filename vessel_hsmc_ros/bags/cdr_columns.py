@@ -12,7 +12,8 @@ import re
 import struct
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache, partial
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,14 +63,13 @@ WIDEST = 1 << 20
 
 LARGEST_TEXTS = 1 << 24  # characters of the largest column of texts in NumPy's form, in which each takes as much as the longest
 NUMBERS = {
-    "bool": "?", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
-    "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
+    "bool": "?", "byte": "B", "char": "B", "octet": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
+    "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
-"""NumPy types of the numbers of message definitions."""
+"""How `struct` and NumPy name the numbers of message definitions."""
 
-
-class NoLayout(Exception):  # noqa: N818 - no error for the user: messages are then decoded one by one
-    """A message has no layout that other messages could share, for instance because it holds a list of messages."""
+_DTYPES = {order: {kind: np.dtype(order + code) for kind, code in NUMBERS.items()} for order in "<>"}
+_STRUCTS = {order: {kind: struct.Struct(order + code) for kind, code in NUMBERS.items()} for order in "<>"}
 
 
 class Location(NamedTuple):
@@ -93,6 +93,7 @@ class Layout:
     fields: dict[str, Location] = field(default_factory=dict)  # locations by dotted names
     # locations of the encapsulation and of the lengths of strings and sequences, and their values
     lengths: dict[Location, int] = field(default_factory=dict)
+    shared: bool = True  # whether other messages can have it: not if there is a list of texts or messages
 
     def gather(self, data: Array, starts: Array, names: Sequence[str]) -> dict[str, Array] | None:
         """Columns of some fields of many messages; None if one of the messages has another layout.
@@ -121,11 +122,15 @@ def _ended(data: Array, starts: Array, text: Location) -> bool:
     return not data[last].any() and (text.size == 1 or bool(data[last - 1].all()))
 
 
+MAX_NESTED = 10_000  # nested messages of a message, besides one for each of its bytes
+
+
 class MessageType:
     """A message type as the schema in a bag describes it.
 
-    `name`: such as `nav_msgs/msg/Odometry`. `definition`: its text in the form ros2msg, followed by those of all types that it
-    uses.
+    No code is made of the definition, which may come from a stranger: the time is proportional to the bytes of a message,
+    whatever lengths of arrays the definition declares. `name`: such as `nav_msgs/msg/Odometry`. `definition`: its text in the
+    form ros2msg, followed by those of all types that it uses.
 
     Raises:
         BagError: the text is not such a definition.
@@ -137,98 +142,131 @@ class MessageType:
 
     def fields(self) -> tuple[str, ...]:
         """The dotted names of all fields, down to numbers, strings and lists."""
-        return tuple(self._names(self.name, ""))
-
-    def _names(self, kind: str, prefix: str) -> Iterator[str]:
-        for name, (node, detail) in self._types[kind][1]:
-            if node == Nodetype.NAME:
-                yield from self._names(detail, f"{prefix}{name}.")
-            else:
-                yield prefix + name
+        return tuple(name for name, _, _ in self._fields(self.name, ""))
 
     def lists(self, longest: int) -> set[str]:
         """The fields that are lists, except for arrays of at most `longest` elements."""
-        return set(self._lists(self.name, "", longest))
+        kinds = self._fields(self.name, "")
+        return {name for name, node, n in kinds if node == Nodetype.SEQUENCE or (node == Nodetype.ARRAY and n[1] > longest)}
 
-    def _lists(self, kind: str, prefix: str, longest: int) -> Iterator[str]:
+    def _fields(self, kind: str, prefix: str) -> Iterator[tuple[str, Nodetype, Any]]:
         for name, (node, detail) in self._types[kind][1]:
             if node == Nodetype.NAME:
-                yield from self._lists(detail, f"{prefix}{name}.", longest)
-            elif node != Nodetype.BASE and (node == Nodetype.SEQUENCE or detail[1] > longest):
-                yield prefix + name
+                yield from self._fields(detail, f"{prefix}{name}.")
+            else:
+                yield prefix + name, node, detail
+
+    @cached_property
+    def _classes(self) -> dict[str, type[SimpleNamespace]]:
+        """A class for each type, with the constants of its definition."""
+        return {
+            kind: type(kind.rpartition("/")[2], (SimpleNamespace,), {"__msgtype__": kind} | {n: v for n, _, v in constants})
+            for kind, (constants, _) in self._types.items()
+        }
+
+    def read(self, data: bytes) -> Any:
+        """One message with its fields as attributes; lists of numbers are NumPy arrays, other lists are lists.
+
+        Raises ValueError, struct.error if the bytes are not a message of the type.
+        """
+        return self._walked(data, None)
 
     def layout(self, message: bytes) -> Layout:
         """The layout of one message.
 
-        Raises NoLayout if other messages cannot share it, or the message does not match the definition.
+        Raises ValueError, struct.error if the bytes are not a message of the type.
         """
-        if len(message) < ENCAPSULATION or message[0] or message[1] > 1:  # neither CDR_BE nor CDR_LE
-            raise NoLayout
-        encapsulation = {Location(0, "u1", ()): message[0], Location(1, "u1", ()): message[1]}
-        walk = _Walk(message, "<" if message[1] else ">", Layout(len(message), lengths=encapsulation), self._types)
-        try:
-            walk.struct(self.name, "")
-        except (struct.error, KeyError):
-            raise NoLayout from None
-        if not walk.position <= len(message) <= walk.position + walk.unused:
-            raise NoLayout
-        return walk.layout
+        encapsulation = {Location(i, "u1", ()): byte for i, byte in enumerate(message[:2])}
+        layout = Layout(len(message), lengths=encapsulation)
+        self._walked(message, layout)
+        return layout
+
+    def _walked(self, data: bytes, layout: Layout | None) -> Any:
+        if len(data) < ENCAPSULATION or data[0] or data[1] > 1:
+            raise ValueError("its encapsulation is neither CDR_LE nor CDR_BE")
+        walk = _Walk(data, "<" if data[1] else ">", self._types, self._classes, layout)
+        message = walk.message(self.name, "")
+        if walk.position + walk.unused < len(data):
+            raise ValueError(f"{len(data) - walk.position} bytes follow its last field")
+        return message
 
 
-@dataclass
 class _Walk:
-    """Visits the fields of one message in order and notes their locations."""
+    """Reads the values of one message in order, and notes in `layout` where its fields lie."""
 
-    message: bytes
-    order: str
-    layout: Layout
-    types: Mapping[str, Any]
-    position: int = ENCAPSULATION
-    unused: int = UNUSED
+    def __init__(
+        self, data: bytes, order: str, types: Mapping[str, Any], classes: Mapping[str, Any], layout: Layout | None
+    ) -> None:
+        self.data, self.order, self.types, self.classes, self.layout = data, order, types, classes, layout
+        self.position = ENCAPSULATION
+        # A message without fields takes no bytes: lists of lists of such could go on for ever.
+        self.left = MAX_NESTED + len(data)
+        self.unused = UNUSED
 
-    def struct(self, kind: str, prefix: str) -> None:
-        for name, (node, detail) in self.types[kind][1]:
-            if node == Nodetype.NAME:
-                self.struct(detail, f"{prefix}{name}.")
-            elif node == Nodetype.BASE:
-                self.value(detail[0], prefix + name)
-            else:
-                (element, inner), count = detail
-                if element != Nodetype.BASE or inner[0] not in NUMBERS:
-                    raise NoLayout
-                count = count if node == Nodetype.ARRAY else self.length()
-                self.numbers(inner[0], prefix + name, (count,))
+    def message(self, kind: str, prefix: str) -> Any:
+        self.left -= 1
+        if self.left < 0:
+            raise ValueError("it has more nested messages than bytes")
+        return self.classes[kind](
+            **{name: self.field(node, detail, prefix + name) for name, (node, detail) in self.types[kind][1]}
+        )
 
-    def value(self, kind: str, name: str) -> None:
-        if kind != "string":
-            self.numbers(kind, name, ())
-            return
-        length = self.length()
-        if not 0 < length <= WIDEST:  # a string without even its terminating zero
-            raise NoLayout
-        self.layout.fields[name] = Location(self.position, f"S{length}", ())
-        self.position += length
+    def field(self, node: Nodetype, detail: Any, name: str) -> Any:
+        if node == Nodetype.NAME:
+            return self.message(detail, f"{name}.")
+        if node == Nodetype.BASE:
+            return self.string(name) if detail[0] == "string" else self.number(detail[0], name)
+        (element, inner), count = detail
+        if node == Nodetype.SEQUENCE:  # whose count in the definition is at most a bound
+            count = self.length()
+        if element == Nodetype.BASE and inner[0] != "string":
+            return self.numbers(inner[0], count, name)
+        if self.layout:
+            self.layout.shared = False
+        read = partial(self.string, name) if element == Nodetype.BASE else partial(self.message, inner, f"{name}.")
+        return [read() for _ in range(count)]
 
-    def numbers(self, kind: str, name: str, shape: tuple[int, ...]) -> None:
-        if kind not in NUMBERS:
-            raise NoLayout
-        code = NUMBERS[kind]
-        if shape != (0,):  # an empty sequence is not followed by padding
-            self.align(np.dtype(code).itemsize)
+    def number(self, kind: str, name: str) -> Any:
+        dtype = _DTYPES[self.order][kind]
+        self.align(dtype.itemsize)
+        (value,) = _STRUCTS[self.order][kind].unpack_from(self.data, self.position)
+        self.note(name, dtype.str, (), dtype.itemsize)
+        return value
+
+    def numbers(self, kind: str, count: int, name: str) -> Array:
+        dtype = _DTYPES[self.order][kind]
+        if count:  # an empty sequence is not followed by padding
+            self.align(dtype.itemsize)
         else:
-            self.unused += np.dtype(code).itemsize
-        location = Location(self.position, code if code in ("?", "u1", "i1") else self.order + code, shape)
-        if location.size > WIDEST:
-            raise NoLayout
-        self.layout.fields[name] = location
-        self.position += location.size
+            self.unused += dtype.itemsize
+        if not 0 <= count * dtype.itemsize <= len(self.data) - self.position:
+            raise ValueError(f"a list of {count} numbers at byte {self.position} ends behind the message")
+        found = np.frombuffer(self.data, dtype, count, self.position) if count else np.empty(0, dtype)
+        self.note(name, dtype.str, (count,), found.nbytes)
+        return found
+
+    def string(self, name: str) -> str:
+        length = self.length()
+        content = self.data[self.position : self.position + length]
+        if len(content) != length or content[-1:] != b"\0":
+            raise ValueError(f"the text of {length} bytes at byte {self.position} has no end")
+        self.note(name, f"S{length}", (), length)
+        return content[:-1].decode()
 
     def length(self) -> int:
         self.align(4)
-        length: int = struct.unpack_from(self.order + "I", self.message, self.position)[0]
-        self.layout.lengths[Location(self.position, self.order + "u4", ())] = length
+        (length,) = _STRUCTS[self.order]["uint32"].unpack_from(self.data, self.position)
+        if self.layout:
+            self.layout.lengths[Location(self.position, self.order + "u4", ())] = length
         self.position += 4
-        return length
+        return int(length)
+
+    def note(self, name: str, dtype: str, shape: tuple[int, ...], size: int) -> None:
+        """Note the field at the present position, and step over it."""
+        if self.layout:
+            self.layout.fields[name] = Location(self.position, dtype, shape)
+            self.layout.shared &= size <= WIDEST
+        self.position += size
 
     def align(self, size: int) -> None:
         # CDR aligns a number to its own size, counted from the end of the encapsulation header.
@@ -243,11 +281,13 @@ def strings(column: Array) -> Array:
 
 
 def joined(parts: Iterable[Array]) -> Array:
-    """Concatenate the parts of a column; an array of objects if their shapes differ."""
+    """Concatenate the parts of a column; an array of objects if their shapes differ, or its texts would take too much memory."""
     columns = list(parts)
-    if len({column.shape[1:] for column in columns}) <= 1 and not _too_wide(columns):
+    count = sum(map(len, columns))
+    widest = max((column.itemsize // 4 for column in columns if column.dtype.kind == "U"), default=0)
+    if len({column.shape[1:] for column in columns}) <= 1 and widest * count <= LARGEST_TEXTS:
         return np.concatenate(columns) if columns else np.empty(0)
-    rows = np.empty(sum(map(len, columns)), dtype=object)
+    rows = np.empty(count, dtype=object)
     rows[:] = [row for column in columns for row in column]
     return rows
 
@@ -257,9 +297,3 @@ def texts(values: Sequence[str]) -> Array:
     column = np.empty(len(values), dtype=object)
     column[:] = values
     return column if len(values) * max(map(len, values), default=0) > LARGEST_TEXTS else np.array(values)
-
-
-def _too_wide(columns: Sequence[Array]) -> bool:
-    """Whether parts of a column of texts would take too much memory in the width of the widest."""
-    widest = max((column.itemsize // 4 for column in columns if column.dtype.kind == "U"), default=0)
-    return widest * sum(map(len, columns)) > LARGEST_TEXTS

@@ -3,9 +3,7 @@
 import io
 import struct
 import zlib
-from bisect import bisect_left, bisect_right
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -94,62 +92,30 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
 def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
-    `summary`: what a valid summary knows: where the records break off, the next record that it knows is read. Raises BagError
-    if the file has no complete record.
+    `summary`: what a valid summary knows. Raises BagError if the file has no complete record, or the walk does not come to a
+    chunk that the summary knows: the length or the kind of a record before it is damaged.
     """
     doubtful: list[tuple[int, int]] = []
-    contents, position = Contents(path), len(MAGIC)
-    known = _known_records(summary) if summary else {}
-    while True:
-        position = _scan_from(contents, position, known, doubtful)
-        following = next((start for start in known if start > position), None)
-        if following is None:
-            break
-        if doubtful and sum(doubtful[-1]) == position:  # one whose length is damaged, and what is left of it
-            position = doubtful.pop()[0]
-        if following - position < RECORD_HEADER.size:
-            raise BagError(f"{path} is damaged at byte {position} in a way that cannot be repaired")
-        doubtful.append((position, following - position))
-        position = following
-    # A bad record behind the last good one was being written when the writer was killed: it is cut off, not damaged.
-    contents.damaged = [(start, length) for start, length in doubtful if start < contents.end]
-    if not contents.end:
-        raise BagError(f"{path} has nothing readable, not even the beginning of an MCAP file")
-    return contents
-
-
-def _known_records(summary: Contents) -> dict[int, int]:
-    """The opcodes of the records that a summary knows, by offset in ascending order."""
-    known = {chunk.chunk_start_offset: Opcode.CHUNK for chunk in summary.chunks}
-    known |= {start: Opcode.METADATA for start, *_ in summary.metadata}
-    known |= {start: Opcode.ATTACHMENT for start, *_ in summary.attachments}
-    return dict(sorted(known.items()))
-
-
-def _scan_from(contents: Contents, position: int, known: Mapping[int, int], doubtful: list[tuple[int, int]]) -> int:
-    """Add the records from an offset on; returns the offset at which they break off.
-
-    `known`: records that must be there. None extends beyond the beginning of one of them: its length would be damaged.
-    `doubtful`: gets offset and length of each record that cannot be read.
-    """
-    starts = list(known)
-    for opcode, start, content in file_records(contents.path, position):
+    contents, chunks = Contents(path), set()
+    for opcode, start, content in file_records(path):
         length = RECORD_HEADER.size + len(content)
-        if bisect_right(starts, start) < bisect_left(starts, start + length):
-            break
-        position = start + length
-        # Reserved space of a file that was not closed, or a damaged record that was disabled.
-        if opcode >= FIRST_PRIVATE and start not in known:
+        if opcode >= FIRST_PRIVATE:  # reserved space of a file that was not closed, or a damaged record that was disabled
             continue
+        if opcode == Opcode.CHUNK:
+            chunks.add(start)
         try:
-            if opcode != known.get(start, opcode):
-                raise ValueError("another record than is known to be here")
             _add_record(contents, opcode, start, content)
         except DAMAGE:
             doubtful.append((start, length))
         else:
-            contents.end = position
-    return position
+            contents.end = start + length
+    if not contents.end:
+        raise BagError(f"{path} has nothing readable, not even the beginning of an MCAP file")
+    if lost := {chunk.chunk_start_offset for chunk in summary.chunks} - chunks if summary else None:
+        raise BagError(f"{path} is damaged before or at byte {min(lost)} in a way that cannot be repaired")
+    # A bad record behind the last good one was being written when the writer was killed: it is cut off, not damaged.
+    contents.damaged = [(start, length) for start, length in doubtful if start < contents.end]
+    return contents
 
 
 def _add_record(contents: Contents, opcode: int, start: int, content: bytes) -> None:

@@ -42,10 +42,10 @@ FIRST_PRIVATE = 0x80
 _NOT_DATA = (0, Opcode.DATA_END, Opcode.FOOTER)
 
 
-def file_records(path: Path, first: int = len(MAGIC)) -> Iterator[tuple[int, int, bytes]]:
+def file_records(path: Path) -> Iterator[tuple[int, int, bytes]]:
     """Opcode, offset and content of the complete records in a file's data section, up to where it ends or breaks off."""
     with path.open("rb") as stream:
-        size, start = path.stat().st_size, stream.seek(first)
+        size, start = path.stat().st_size, stream.seek(len(MAGIC))
         while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
             opcode, length = RECORD_HEADER.unpack(header)
             # An opcode that is neither specified nor private comes from damaged bytes, whose length means nothing either.

@@ -1,9 +1,11 @@
 """The black box of a node: its last messages, in bounded memory, written as a bag when an error occurs.
 
 Messages are kept serialized: inputs are taken in that form and converted afterwards, and outputs are published in it.
-The bag is written by a process of its own, which a thread feeds in short pieces: building it here would block the control period.
+The bag is written by a process of its own, which a thread feeds message by message: building it here would block the control
+period.
 """
 
+import pickle
 import re
 import subprocess
 import sys
@@ -11,21 +13,21 @@ import tempfile
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from datetime import datetime, timezone
 from typing import Any
 
 import yaml
 from rcl_interfaces.msg import Log
-from rclpy.logging import get_logging_directory
+from rclpy.logging import LoggingSeverity, get_logging_directory
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
-from vessel_hsmc_ros.bags.black_box import WRITER, header, record
+from vessel_hsmc_ros.bags.black_box import WRITER, Head, Message
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.nodes.kept_logger import KeptLogger
+from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 from vessel_hsmc_ros.scenario.parameters_file import tree
 
@@ -33,7 +35,6 @@ MEMORY = 32 * 1024 * 1024  # limit of the messages kept, bytes: a controller at 
 LEAST_INTERVAL, MOST_BAGS = 60.0, 10  # least time between two bags of a process, s, and the largest number of them
 AFTERWARDS = 1.0  # time for which messages are still taken after an error, s, unless it ends the node
 WRITE_LIMIT = 20.0  # longest time for writing a bag, s
-PIECE = 256  # messages that are passed to the writing process at once
 
 
 class BlackBox:
@@ -42,10 +43,8 @@ class BlackBox:
     def __init__(self, node: Node, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> None:
         self._node, self._parameters, self._stamp = node, parameters, stamp
         self._span = round(parameters.duration * NANOSECONDS)
-        self._kept: deque[tuple[int, bytes]] = deque()
+        self._kept: deque[tuple[int, Message]] = deque()
         self._size = 0
-        self._topics: dict[str, str] = {}
-        self._numbers: dict[str, int] = {}
         self._last = -LEAST_INTERVAL
         self._bags = 0
         self._writing: threading.Thread | None = None
@@ -53,21 +52,17 @@ class BlackBox:
 
     def keep(self, topic: str, message: Any, data: bytes = b"") -> None:
         """Keep a message of a topic, given by its full name; `data` is its serialized form, where that is known."""
-        number = self._numbers.get(topic)
-        if number is None:
-            number = self._numbers[topic] = len(self._numbers)
-            kind = type(message)
-            self._topics[topic] = f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
-        entry = record(self._stamp(), number, data or serialize_message(message))
-        if len(entry) > MEMORY:  # it would displace all others
-            text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(entry) / 1e6:.0f} MB)"
+        data = data or serialize_message(message)
+        kind = type(message)
+        if len(data) > MEMORY:  # it would displace all others
+            text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(data) / 1e6:.0f} MB)"
             self._node.get_logger().warning(f"{text}: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
-        self._kept.append((now, entry))
-        self._size += len(entry)
+        self._kept.append((now, (self._stamp(), topic, f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}", data)))
+        self._size += len(data)
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
-            self._size -= len(self._kept.popleft()[1])
+            self._size -= len(self._kept.popleft()[1][-1])
 
     def receiver(self, topic: str, kind: Any, callback: Callable[[Any], None]) -> Callable[[bytes], None]:
         """The callback of a raw subscription that converts each message, passes it on, and keeps it."""
@@ -81,11 +76,10 @@ class BlackBox:
 
         return receive
 
-    def log(self, severity: int, name: str, text: str) -> None:
-        """Keep a line of the node's log."""
-        line = Log(level=severity, name=name, msg=text)
-        line.stamp = conversions.time_message(self._node.get_clock().now().nanoseconds)
-        self.keep("/rosout", line)
+    def keep_log(self, line: Log) -> None:
+        """Keep a line of the node's own log."""
+        if line.name == self._node.get_logger().name:
+            self.keep("/rosout", line)
 
     def write(self, reason: str, ends: bool = False) -> None:
         """Write the messages as a bag, in the background; at most one in LEAST_INTERVAL, and MOST_BAGS in all.
@@ -93,6 +87,9 @@ class BlackBox:
         After an error that ends the node nothing further is taken.
         """
         if ends:
+            line = Log(level=int(LoggingSeverity.FATAL), name=self._node.get_logger().name, msg=reason)
+            line.stamp = conversions.time_message(self._node.get_clock().now().nanoseconds)
+            self.keep_log(line)  # /rosout would bring it too late
             self._ending.set()
         if time.monotonic() - self._last < LEAST_INTERVAL or self._bags >= MOST_BAGS or not self._kept:
             return
@@ -109,9 +106,9 @@ class BlackBox:
 
     def _write(self, reason: str) -> None:
         self._ending.wait(AFTERWARDS)
-        kept = [entry for _, entry in self._kept.copy()]  # a copy is one step of the interpreter: the deque is not locked
+        kept = [message for _, message in self._kept.copy()]  # a copy is one step of the interpreter: the deque is not locked
         try:
-            done = _run(self._head(reason), (b"".join(kept[i : i + PIECE]) for i in range(0, len(kept), PIECE)))
+            done = _run(self._head(reason), kept)
             failure = (done.stderr.decode(errors="replace").strip() or "its process ended") if done.returncode else ""
         except (OSError, subprocess.SubprocessError) as error:
             failure = str(error)
@@ -123,7 +120,7 @@ class BlackBox:
             self._node.get_logger().warning(refused)
         self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
 
-    def _head(self, reason: str) -> bytes:
+    def _head(self, reason: str) -> Head:
         """What the bag has besides messages, and where it may be written: the second folder is for a disk that is full."""
         node = self._node.get_fully_qualified_name()
         values = schema.flatten(self._node.parameters)  # type: ignore[attr-defined]
@@ -132,28 +129,27 @@ class BlackBox:
         name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}_{re.sub(r'[^0-9A-Za-z_]+', '_', node.strip('/'))}_{self._bags}"
         wanted = self._parameters.directory or f"{get_logging_directory()}/black_box"
         folders = [f"{wanted}/{name}", f"{tempfile.gettempdir()}/black_box/{name}"]
-        return header(folders, {"mode": "black box", "reason": reason, "messages_dropped": "0"}, self._topics, parameters)
+        return Head(folders, {"mode": "black box", "reason": reason, "messages_dropped": "0"}, parameters)
 
 
 def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> BlackBox | None:
-    """The black box of a node, which its logger and its reporter fill too; None in lockstep and where it is turned off."""
+    """The black box of a node, which its log and its reporter fill too; None in lockstep and where it is turned off."""
     if node.parameters.lockstep or not parameters.duration:
         return None
     box = BlackBox(node, parameters, stamp)
-    node._logger = KeptLogger(node.get_logger().name, box.log)  # rclpy has no other place for a logger of one's own
+    node.create_subscription(Log, "/rosout", box.keep_log, qos.WATCHED)
     node.reporter.keep = box.keep
     return box
 
 
-def _run(head: bytes, pieces: Iterable[bytes]) -> "subprocess.CompletedProcess[bytes]":
+def _run(head: Head, messages: Sequence[Message]) -> "subprocess.CompletedProcess[bytes]":
     """Pass a content to the writing process, and wait for it."""
     command = [sys.executable, "-m", WRITER]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True) as process:  # noqa: S603
         try:
-            process.stdin.write(head)  # type: ignore[union-attr]
-            for piece in pieces:
-                process.stdin.write(piece)  # type: ignore[union-attr]
+            for part in (head, *messages):
+                pickle.dump(part, process.stdin)  # type: ignore[arg-type]
             output, errors = process.communicate(timeout=WRITE_LIMIT)
         except BaseException:
             process.kill()

@@ -153,14 +153,13 @@ def ended(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def write_summary(_: Any, _origin: Any, code: int, failure: str, content: Any) -> None:
         how["summaries"].append((code, failure, content))
 
-    def supervise(_: Any, vessels: Any, _progress: Any, processes: Any) -> Any:
-        how.update(vessels=vessels, processes=processes)
+    def supervise(*_: Any, vessels: Any) -> Any:
+        how.update(vessels=vessels)
         return SimpleNamespace(code=how["code"], failure=how["failure"])
 
-    monkeypatch.setattr(scenario_run, "supervisor_module", lambda: None)
+    monkeypatch.setattr(scenario_run, "supervisor_module", lambda: SimpleNamespace(supervise=supervise))
     monkeypatch.setattr(scenario_run, "_evaluate_fleet", evaluate)
     monkeypatch.setattr(scenario_run, "write_summary", write_summary)
-    monkeypatch.setattr("vessel_hsmc_ros.nodes.runs.fleet_supervision.supervise_fleet", supervise)
     return how
 
 
