@@ -188,10 +188,10 @@ def test_a_message_on_the_topic_takes_the_place_of_a_goal(bench: Any, start: Any
     [
         ("follow_path", {"path": path()}, "a path must have at least one pose"),
         ("follow_path", {"path": path((1.0, 1.0), frame="map2")}, "(got 'map2')"),
-        ("follow_path", {"path": path((1.0, math.nan))}, "pose 0 of the path with y must be"),
+        ("follow_path", {"path": path((1.0, math.nan))}, "pose 0 of the path must be finite numbers (got y = nan)"),
         ("follow_path", {"path": path((570000.0, 7030000.0))}, "pose 0 of the path must be within 100 km of the reference"),
         ("navigate_to_pose", {"pose": pose(1.0, 1.0, frame="earth")}, "(got 'earth')"),
-        ("navigate_to_pose", {"pose": pose(math.inf, 1.0)}, "goal with x must be"),
+        ("navigate_to_pose", {"pose": pose(math.inf, 1.0)}, "goal must be finite numbers (got x = inf)"),
         ("follow_waypoints", {"poses": []}, "a path must have at least one pose"),
         (
             "follow_waypoints",

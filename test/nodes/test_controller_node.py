@@ -124,7 +124,7 @@ def test_odometry_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any
 def test_a_reference_that_is_not_finite_ends_a_lockstep_run_and_is_named(bench: Any, plant: Any) -> None:
     plant.connect(bench.start(ControllerNode))
     plant.send_reference(0, acceleration=[0.0, math.inf, 0.0])
-    with pytest.raises(ControlError, match=r"reference with sway acceleration must be .*got inf"):
+    with pytest.raises(ControlError, match=r"reference must be finite numbers \(got sway acceleration = inf\)"):
         bench.spin(2.0)
 
 

@@ -102,9 +102,9 @@ def test_the_parameters_of_rclpy_itself_take_the_last_value_too(tmp_path: Path) 
         assert node.get_parameter(override).value == 3
 
 
-SCALARS = ["2", "2.0", "1e5", "1_000", "010", "0x1f", "08", "inf", ".inf", "-.inf", "1e999", "1e-400", "y", "No", "on", "True"]
+SCALARS = ["2", "2.0", "1e5", "1_000", "010", "0x1f", "08", "inf", ".inf", "-.inf", "y", "No", "on", "True"]
 SCALARS += ["'5'", '"true"', "+5", "-0", "1.", ".5", "0b11", "2001-01-01", "500,0", "a b", "12:30", "x:y", "[1, 2]", "[1.0, 2.5]"]
-SCALARS += ["[a, b]", "[true, off]", "!!str 5", "5 # five", "0x1p3", "Infinity", "=", "a=b", "a:=b"]
+SCALARS += ["[a, b]", "[true, off]", "!!str 5", "5 # five", "Infinity", "=", "a=b", "a:=b"]
 
 
 @pytest.mark.parametrize("value", SCALARS)

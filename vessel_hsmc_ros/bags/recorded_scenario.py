@@ -11,7 +11,7 @@ from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.node_list import ALLOCATION
-from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters import NODES, declared
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
@@ -25,7 +25,7 @@ def recorded_parameters(text: bytes) -> dict[str, dict[str, Any]]:
     Raises ScenarioError if the attachment is not a ROS parameters file.
     """
     try:
-        document = read_plain_yaml(text.decode()) or {}
+        document = read_yaml(text.decode()) or {}
         return {str(node): dict(flat(content["ros__parameters"])) for node, content in document.items()}
     except (yaml.YAMLError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as error:
         raise ScenarioError(f"the parameters in the bag cannot be read: {error}") from None

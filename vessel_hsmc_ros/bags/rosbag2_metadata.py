@@ -9,7 +9,7 @@ import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.scenario.bounded_text import read_plain_yaml, read_text
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 
 METADATA = "metadata.yaml"
 VERSION = 9  # version of metadata.yaml in Jazzy
@@ -130,7 +130,7 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     if not path.is_file():
         return {}
     try:
-        document = read_plain_yaml(read_text(path))
+        document = read_yaml(read_text(path))
         information: dict[str, Any] = document["rosbag2_bagfile_information"]
         version, storage = int(information["version"]), str(information["storage_identifier"] or "")
         dict(information.get("custom_data") or {})
@@ -148,7 +148,7 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
 def offered_qos(channel: Channel) -> list[dict[str, Any]]:
     """The QoS profiles of a channel's publishers; none where they cannot be read."""
     try:
-        found = read_plain_yaml(channel.metadata.get("offered_qos_profiles", ""))
+        found = read_yaml(channel.metadata.get("offered_qos_profiles", ""))
     except yaml.YAMLError:
         return []
     return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
-from vessel_hsmc_ros.scenario.bounded_text import read_ros_yaml
+from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.ineffective import ineffective
 from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters
@@ -146,11 +146,11 @@ def _in_declared_type(node: Node, change: Parameter) -> Parameter:
     value = change.value
     try:
         if kind is not Parameter.Type.STRING:
-            value = read_ros_yaml(value) if isinstance(value, str) else value
+            value = read_yaml(value) if isinstance(value, str) else value
         if kind is Parameter.Type.DOUBLE:
             value = _number(value)
         if kind is Parameter.Type.DOUBLE_ARRAY:
-            value = [_number(read_ros_yaml(item) if isinstance(item, str) else item) for item in value]
+            value = [_number(read_yaml(item) if isinstance(item, str) else item) for item in value]
         return Parameter(change.name, kind, value)
     except (TypeError, ValueError, yaml.YAMLError):
         return change

@@ -56,7 +56,8 @@ def _faults(listed: object, source: str) -> tuple[Fault, ...]:
 def _fault(entry: object, owner: str, source: str) -> Fault:
     if not isinstance(entry, Mapping):
         raise ScenarioError(f"{source}: {owner} must be settings such as at, kind and topic (got {entry!r})")
-    values = {str(name): value for name, value in entry.items()}
+    # Of the changes of a field, nan and inf are numbers in YAML as ROS reads it.
+    values = {str(name): str(value) if name == "change" and isinstance(value, float) else value for name, value in entry.items()}
     fault = schema.build(Fault, values, owner)
     check_settings(fault, values, owner)
     return fault

@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.bounded_text import read_ros_yaml, read_text
+from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
 
 USE_SIM_TIME = "use_sim_time"  # a parameter that every ROS node has; it is not one of a scenario
@@ -35,7 +35,7 @@ def read_parameters(
     hull data of such a name.
     """
     try:
-        document = read_ros_yaml(text)
+        document = read_yaml(text)
     except yaml.YAMLError as error:
         raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
     if not isinstance(document, dict):
@@ -195,7 +195,7 @@ def _sections(document: object, above: str) -> Iterator[tuple[str, Mapping[str, 
 
 def _read(text: str, place: str) -> Any:
     try:
-        return read_ros_yaml(text)
+        return read_yaml(text)
     except yaml.YAMLError as error:
         raise ParameterError(f"{place} cannot be read: {in_one_line(error)}") from None
 

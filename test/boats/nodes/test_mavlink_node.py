@@ -247,7 +247,7 @@ def test_what_is_awaited_is_named(bench: Any) -> None:
 @pytest.mark.parametrize(
     ("values", "text"),
     [
-        ({"form": "channels"}, "without vessel.thrusters"),
+        ({"form": "channels"}, "mavlink.form = channels needs vessel.thrusters"),
         ({"servos": (1.0, 2.0, 3.0)}, "must be 2 numbers"),
         ({"pulses": (1500.0, 1500.0, 1900.0)}, "increasing"),
     ],

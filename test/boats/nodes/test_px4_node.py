@@ -165,8 +165,8 @@ def test_a_process_that_dies_ends_offboard(bench: Any) -> None:
     [
         ({"position": [math.nan, 0.0, 0.0]}, "position not finite"),
         ({"q": [0.0] * 4}, "q is not filled in"),
-        ({"pose_frame": 0}, "(got 0 and 1)"),
-        ({"velocity_frame": 2}, "(got 1 and 2)"),
+        ({"pose_frame": 0}, "frames must be 1 or 2 (pose), and the same or 3 (velocity) (got 0 and 1)"),
+        ({"velocity_frame": 2}, "frames must be 1 or 2 (pose), and the same or 3 (velocity) (got 1 and 2)"),
     ],
 )
 def test_an_estimate_without_a_motion_is_named_and_not_published(bench: Any, changes: dict[str, Any], text: str) -> None:
