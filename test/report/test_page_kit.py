@@ -3,7 +3,11 @@
 import re
 from pathlib import Path
 
-from vessel_hsmc_ros.report.page_kit import Section, render_sections
+import pytest
+
+from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
+from vessel_hsmc_ros.studies.compare import comparison_page
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -29,3 +33,15 @@ def test_a_page_of_sections_has_a_theme_an_origin_and_escaped_texts() -> None:
     assert '<td>guided</td><td class="number">0.1</td><td>fast</td>' in page
     assert "data:image/png;base64,iVBORw==" in page
     assert "http" not in page.replace("http-equiv", "")
+
+
+def test_what_cannot_be_written_is_named_in_one_line(tmp_path: Path) -> None:
+    named = pytest.raises(ReportError, match=r"^report of .*there cannot be written: No such file or directory$")
+    with named, writing(f"report of {tmp_path / 'there'}"):
+        (tmp_path / "there" / "page.html").write_text("")
+
+
+def test_a_comparison_that_cannot_be_written_is_an_error_of_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "figures").write_text("a file")
+    with pytest.raises(ReportError, match=rf"^results in {re.escape(str(tmp_path))} cannot be written: File exists$"):
+        comparison_page.write(tmp_path, [])

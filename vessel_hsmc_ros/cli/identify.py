@@ -158,6 +158,7 @@ def _write(
     start: "LibraryVessel | None",
 ) -> None:
     """Write vessel file and page."""
+    from vessel_hsmc_ros.report.page_kit import writing
     from vessel_hsmc_ros.studies.identification.page import errors, render, vessel_text
 
     name, output = options["name"], options["output"]
@@ -166,7 +167,8 @@ def _write(
     text = vessel_text(name, found, runs, known, shown)
     page = render(name, runs, found, judged)
     for path, content in ((output / f"{name}.html", page), (output / f"{name}.yaml", text)):
-        path.write_text(content, encoding="utf-8")
+        with writing(str(path)):
+            path.write_text(content, encoding="utf-8")
         print_status(f"written: {path}")
 
 

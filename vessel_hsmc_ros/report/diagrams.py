@@ -23,6 +23,7 @@ DIGITS = 5  # significant digits of the drawn numbers
 POINTS = 1500  # approximate number of points of a line
 COLUMNS, SIZE = 2, (5.2, 3.8)  # of a picture: diagrams side by side; width and height of each, inches
 TITLE_WIDTH = 44  # longest line of the title of a diagram in a picture, characters
+LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
 PIXEL = 0.75  # size of a pixel of a page, points
 
 
@@ -67,6 +68,12 @@ def line(x: Array, y: Array, name: str, colour: str, mode: str = "lines", **look
 def numbers(values: Array) -> list[float | None]:
     """Numbers for JSON, which has none that is not finite."""
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, float).tolist()]
+
+
+def spans(values: Array) -> bool:
+    """Whether positive values span so much that a linear scale would hide the small ones."""
+    finite = values[np.isfinite(values)]
+    return bool(len(finite)) and bool(finite.min() > 0.0) and bool(finite.max() / finite.min() > LOGARITHMIC_RATIO)
 
 
 def draw(path: Path, figures: Sequence[Figure]) -> Path:

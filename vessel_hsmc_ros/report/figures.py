@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, fences, overlays, plans, tracks
+from vessel_hsmc_ros.report.page_kit import writing
 from vessel_hsmc_ros.report.panels import DESIRED, JITTER, MAIN, MEASURED, OTHER, THIRD, Line, buckets, thin, thin_time
 from vessel_hsmc_ros.report.record import Limit, Mark, Record, control_intervals
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, SHIP, line_colour, page_colour
@@ -44,11 +44,9 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
         pictures |= {_file_name(name): group(name, found, alone, marks) for name, found in groups.items()}
         if (jitter := jitter_histogram(records)) is not None:
             pictures["jitter"] = jitter
-        try:
+        with writing(f"figures in {directory}"):
             directory.mkdir(parents=True, exist_ok=True)
             return [_save(figure, directory / f"{name}.{kind}") for name, figure in pictures.items()]
-        except OSError as error:
-            raise ReportError(f"figures in {directory} cannot be written: {error.strerror}") from None
 
 
 def _file_name(group: str) -> str:

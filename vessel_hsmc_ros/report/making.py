@@ -15,6 +15,7 @@ from vessel_hsmc_ros.core.hull import DrawnHull, vessel_name
 from vessel_hsmc_ros.core.run_data import Run, Table, control_table, motion_table
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
+from vessel_hsmc_ros.report.page_kit import writing
 from vessel_hsmc_ros.report.record import ORIGIN, Record, over_shared_interval
 from vessel_hsmc_ros.report.tables import value_text
 from vessel_hsmc_ros.scenario.parameters import NODES
@@ -208,11 +209,9 @@ def write_parquet(run: Run, directory: Path) -> list[Path]:
 
 def _write(run: Run, directory: Path, kind: str, write: Callable[[Table, Path], None]) -> list[Path]:
     paths = []
-    try:
+    with writing(f"tables in {directory}"):
         directory.mkdir(parents=True, exist_ok=True)
         for name, table in tables(run).items():
             paths.append(directory / f"{name}.{kind}")
             write(table, paths[-1])
-    except OSError as error:
-        raise ReportError(f"tables in {directory} cannot be written: {error.strerror}") from None
     return paths

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report import page_kit
@@ -45,10 +44,8 @@ def write(path: Path, records: Sequence[Record], title: str, hull: Hull | None =
     those of the first run's scenario. `notes`: paragraphs below the headline. Raises ReportError if the file cannot be written.
     """
     page = render(records, title, hull or hull_of(records), notes)
-    try:
+    with page_kit.writing(f"report {path}"):
         path.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
 
 
 def hull_of(records: Sequence[Record]) -> Hull:

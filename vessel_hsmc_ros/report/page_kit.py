@@ -6,7 +6,8 @@ import json
 import shlex
 import sys
 import zlib
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -16,6 +17,7 @@ import jinja2
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.panels import Buckets, Line, buckets, thin, thin_time
 from vessel_hsmc_ros.report.style import css_variables
 from vessel_hsmc_ros.scenario.run_folder import provenance
@@ -75,6 +77,15 @@ def render_sections(title: str, about: Sequence[str], sections: Sequence[Section
     `findings`: sentences that stand before them: verdicts, warnings.
     """
     return render("report/sections.html", title, about, scripts=("theme.js", "static.js"), sections=sections, findings=findings)
+
+
+@contextmanager
+def writing(what: str) -> Iterator[None]:
+    """A context in which files are written. Raises ReportError, which names them, if one cannot be."""
+    try:
+        yield
+    except OSError as error:
+        raise ReportError(f"{what} cannot be written: {error.strerror}") from None
 
 
 def asset(name: str) -> str:

@@ -18,6 +18,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.nodes.runs.processes import spread
 from vessel_hsmc_ros.report import Record, style
+from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.making import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
@@ -313,7 +314,7 @@ def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures
     ("values", "wide"), [((0.1, 10.0), True), ((-0.1, 10.0), False), ((0.0, 10.0), False), ((1.0, 20.0), False)]
 )
 def test_only_positive_values_far_apart_have_a_logarithmic_scale(values: tuple[float, ...], wide: bool) -> None:
-    assert sweep_page._spans(np.array([*values, math.nan, math.inf])) is wide
+    assert spans(np.array([*values, math.nan, math.inf])) is wide
 
 
 def test_a_law_that_converges_is_judged_from_its_first_to_its_last_error() -> None:

@@ -10,17 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, spans
 from vessel_hsmc_ros.report.style import run_colour
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
 from vessel_hsmc_ros.studies.campaign.results import LEGS, Results, read
 from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence, exceedance
-from vessel_hsmc_ros.studies.compare.sweep_page import LOGARITHMIC_RATIO
 
 PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "scatter", "map": "map"}
 """The kinds of the pictures, by the sections of the page whose diagrams they show."""
@@ -37,13 +35,11 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
     found = influences_by_variant(results)
     drawn = diagrams(results, found)
     path = output or folder / "report.html"
-    try:
+    with page_kit.writing(f"report {path}"):
         path.write_text(render(results, found, drawn, folder), encoding="utf-8")
         figures = path.parent / "figures"
         figures.mkdir(exist_ok=True)
         pictures = {PICTURES[kind]: draw(figures / f"{PICTURES[kind]}.png", each) for kind, each in drawn.items() if each}
-    except OSError as error:
-        raise ReportError(f"report {path} cannot be written: {error.strerror}") from None
     words = [f"{law}: {sentence}" if law else sentence for law, sentence in sentences(results, found)]
     return words, {"page": path, **pictures}
 
@@ -159,9 +155,8 @@ def _metric(runs: Results, metric: str, every: Results) -> Quantity:
     """A metric of some runs with its axis, whose unit and scale suit the values of all runs."""
     factor, unit = _unit(metric, every)
     values = np.append(every.cost(metric), every.campaign.limits.get(metric, 0.0))
-    positive = values[np.isfinite(values) & (values > 0.0)]
-    wide = bool(len(positive)) and bool(positive.max() / positive.min() > LOGARITHMIC_RATIO)
-    return Axis(f"{label(metric)} [{unit}]" if unit else label(metric), wide), factor * runs.cost(metric)
+    name = f"{label(metric)} [{unit}]" if unit else label(metric)
+    return Axis(name, logarithmic=spans(values[values > 0.0])), factor * runs.cost(metric)
 
 
 def _unit(metric: str, every: Results) -> tuple[float, str]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.quantities import quantity, scaled
+from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
 from vessel_hsmc_ros.scenario.suite import Row
@@ -174,22 +175,24 @@ def notes(outcomes: Sequence[LawRun]) -> list[str]:
 
 
 def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
-    """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder."""
-    (folder / "figures").mkdir(exist_ok=True)
+    """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder.
+
+    Raises ReportError if a file cannot be written.
+    """
     names = {row.name: file_name(row.name) for row, _ in by_row(outcomes)}
-    for row, of_row in by_row(outcomes):
-        draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
-    pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
-    (folder / "compare.html").write_text(render(outcomes, pictures), encoding="utf-8")
-    (folder / "compare.md").write_text(_markdown(outcomes, names), encoding="utf-8")
-    document = {**provenance(), "runs": [_record(outcome) for outcome in outcomes]}
-    (folder / "compare.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
+    with writing(f"results in {folder}"):
+        (folder / "figures").mkdir(exist_ok=True)
+        for row, of_row in by_row(outcomes):
+            draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
+        pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
+        (folder / "compare.html").write_text(render(outcomes, pictures), encoding="utf-8")
+        (folder / "compare.md").write_text(_markdown(outcomes, names), encoding="utf-8")
+        document = {**provenance(), "runs": [_record(outcome) for outcome in outcomes]}
+        (folder / "compare.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
 def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
     """The page: tables of all cases, then each case with its picture and its table."""
-    from vessel_hsmc_ros.report.page_kit import Section, render_sections  # imports the libraries of pages
-
     rows, laws = by_row(outcomes), dict.fromkeys(outcome.law for outcome in outcomes)
     sections = []
     if len(rows) > 1:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.report.page_kit import Section, render_sections
+from vessel_hsmc_ros.report.diagrams import spans
+from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import label, text
 from vessel_hsmc_ros.scenario.run_folder import provenance
@@ -56,13 +56,11 @@ def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metri
     """
     kinds = {"page": "html", "picture": "png", "csv": "csv", "json": "json"}
     files = {kind: folder / f"sweep.{suffix}" for kind, suffix in kinds.items()}
-    try:
+    with writing(f"results in {folder}"):
         write_csv(files["csv"], axes, outcomes)
         files["json"].write_text(json.dumps(_document(axes, outcomes), indent=2) + "\n", encoding="utf-8")
         draw(files["picture"], axes, outcomes, metrics)
         files["page"].write_text(_page(files["picture"], axes, outcomes, metrics), encoding="utf-8")
-    except OSError as error:
-        raise ReportError(f"results in {folder} cannot be written: {error.strerror}") from None
     return files
 
 
@@ -104,7 +102,6 @@ def _page(picture: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metr
 
 Array = NDArray[Any]
 
-LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
 MAX_TICKS = 8  # largest number of cells in a row of a heat map that have their value written into them
 
 
@@ -138,7 +135,7 @@ def _lines(panel: "Axes", axis: Axis, outcomes: Sequence[Outcome], metric: str, 
     """A metric over one parameter, a line for each law; a cross at the top marks a run that failed."""
     positions = _positions(axis)
     all_values = np.array([outcome.value(metric) for outcome in outcomes])
-    if _spans(all_values):
+    if spans(all_values):
         panel.set_yscale("log")
     for i, law in enumerate(laws):
         of_law = [outcome for outcome in outcomes if outcome.point.law == law]
@@ -163,7 +160,7 @@ def _heat_map(panel: "Axes", axes: Sequence[Axis], outcomes: Sequence[Outcome], 
     values = np.array([outcome.value(metric) for outcome in outcomes]).reshape(shape)
     failed = np.array([bool(outcome.failure) for outcome in outcomes]).reshape(shape)
     # In cells of equal size, whatever the spacing of the values.
-    norm = LogNorm() if _spans(values) else None
+    norm = LogNorm() if spans(values) else None
     image = panel.imshow(np.ma.masked_invalid(values), origin="lower", aspect="auto", cmap="viridis_r", norm=norm)
     panel.set_facecolor("#e3e6e9")
     panel.grid(visible=False)
@@ -202,11 +199,5 @@ def _label_axis(scale: Any, set_scale: Any, axis: Axis) -> None:
     positions = _positions(axis)
     if any(not isinstance(value, int | float) or isinstance(value, bool) for value in axis.values):
         scale.set_ticks(positions, [shown(value) for value in axis.values])
-    elif _spans(positions):
+    elif spans(positions):
         set_scale("log")
-
-
-def _spans(values: Array) -> bool:
-    """Whether positive values span so much that a linear scale would hide the small ones."""
-    finite = values[np.isfinite(values)]
-    return bool(len(finite)) and bool(finite.min() > 0.0) and bool(finite.max() / finite.min() > LOGARITHMIC_RATIO)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.guidance.planned_track import ComplexArray, outline
+from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.style import INK, LIMIT, NEUTRAL, PLANNED, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.studies.forecast.draws import Conditions
@@ -75,19 +75,15 @@ def write(folder: Path, found: Forecast) -> dict[str, Path]:
     tracks, bars = BytesIO(), BytesIO()
     draw_tracks(found, tracks)
     draw_distributions(found, bars)
-    try:
+    with writing(f"forecast in {folder}"):
         files["page"].write_text(render(found, tracks.getvalue(), bars.getvalue()), encoding="utf-8")
         files["picture"].write_bytes(tracks.getvalue())
         files["numbers"].write_text(json.dumps(_document(found), indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise ReportError(f"forecast in {folder} cannot be written: {error.strerror}") from None
     return files
 
 
 def render(found: Forecast, tracks: bytes, bars: bytes) -> str:
     """The HTML text of the page."""
-    from vessel_hsmc_ros.report.page_kit import Section, render_sections  # imports the libraries of pages
-
     worst = found.plan.legs[found.worst_leg].number + 1
     head, lines = table(found)
     power = found.plan.scenario.vessel_sim.vessel.power

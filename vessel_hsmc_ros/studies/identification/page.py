@@ -139,8 +139,7 @@ def prediction_picture(prediction: Prediction) -> bytes:
     keep = slice(None, None, max(len(prediction.time) // MAX_POINTS, 1))
     time, measured, simulated = (values[keep] for values in (prediction.time, prediction.measured, prediction.simulated))
     broken = _broken(time, simulated, prediction.starts)
-
-    def draw(picture: Any) -> None:
+    with figure(content := BytesIO(), 10.0, 5.4) as picture:
         grid = picture.add_gridspec(3, 2, width_ratios=(1.0, 1.6))
         track = picture.add_subplot(grid[:, 0])
         _lines(track, measured[:, 0], measured[:, 1], broken[:, 0], broken[:, 1])
@@ -152,8 +151,7 @@ def prediction_picture(prediction: Prediction) -> bytes:
             _lines(panel, time, factor * measured[:, 3 + i], time, factor * broken[:, 3 + i])
             panel.set(ylabel=f"{name} [{unit}]")
         panel.set(xlabel="time [s]")
-
-    return _png(draw, (10.0, 5.4))
+    return content.getvalue()
 
 
 def _broken(time: Array, simulated: Array, starts: Array) -> Array:
@@ -173,8 +171,7 @@ def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
 
     `times`: time of each run, (n,), s.
     """
-
-    def draw(picture: Any) -> None:
+    with figure(content := BytesIO(), 10.0, 4.2) as picture:
         panels = picture.subplots(2, 3, sharex=True).ravel()
         for i, (panel, (name, unit, factor)) in enumerate(zip(panels, STATES, strict=True)):
             begin = 0.0
@@ -187,15 +184,14 @@ def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
             panel.set(ylabel=f"{name} [{unit}]")
         for panel in panels[3:]:
             panel.set(xlabel="time [s]")
-
-    return _png(draw, (10.0, 4.2))
+    return content.getvalue()
 
 
 def correlation_picture(found: Identified) -> bytes:
     """The correlations of the estimates as PNG."""
     names = list(found.standard_errors)
-
-    def draw(picture: Any) -> None:
+    size = 3.2 + 0.28 * len(names)
+    with figure(content := BytesIO(), size + 1.0, size) as picture:
         panel = picture.subplots()
         image = panel.imshow(found.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
         panel.set_xticks(range(len(names)), names, rotation=90)
@@ -205,16 +201,6 @@ def correlation_picture(found: Identified) -> bytes:
             if i != j:
                 panel.text(j, i, f"{found.correlation[i, j]:.2f}", ha="center", va="center", fontsize=6, color=INK)
         picture.colorbar(image, shrink=0.7)
-
-    size = 3.2 + 0.28 * len(names)
-    return _png(draw, (size + 1.0, size))
-
-
-def _png(draw: Any, size: tuple[float, float]) -> bytes:
-    """A picture of a size in inches, drawn by a function."""
-    content = BytesIO()
-    with figure(content, *size) as picture:
-        draw(picture)
     return content.getvalue()
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import Hull, outline
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report import page_kit
@@ -24,14 +23,12 @@ def write(folder: Path, results: Results) -> dict[str, Path]:
     Raises ReportError if a file cannot be written.
     """
     files = {"page": folder / "manoeuvres.html", "metrics": folder / "manoeuvres.csv", "scenarios": folder / "scenarios"}
-    try:
+    with page_kit.writing(f"results in {folder}"):
         files["scenarios"].mkdir(exist_ok=True)
         for name, done in results.manoeuvres.items():
             (files["scenarios"] / f"{name}.yaml").write_text(dump_scenario(done.scenario), encoding="utf-8")
         write_csv(files["metrics"], results)
         files["page"].write_text(render(results, files["scenarios"]), encoding="utf-8")
-    except OSError as error:
-        raise ReportError(f"results in {folder} cannot be written: {error.strerror}") from None
     return files
 
 

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.report.page_kit import Section, render_sections
+from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import METRICS, label, text
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
@@ -41,15 +40,13 @@ def write(folder: Path, result: Result) -> dict[str, Path]:
         "summary": "tune.json",
     }
     files = {kind: folder / name for kind, name in names.items()}
-    try:
+    with writing(f"results in {folder}"):
         files["gains"].write_text(gains_file(result), encoding="utf-8")
         write_trials(files["trials"], result)
         files["summary"].write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
         draw_front(files["front"], result)
         draw_search(files["search"], result)
         files["page"].write_text(render(result, [files["front"], files["search"]]), encoding="utf-8")
-    except OSError as error:
-        raise ReportError(f"results in {folder} cannot be written: {error.strerror}") from None
     return files
 
 
