@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import Any
 
-from vessel_hsmc_ros.guidance.path_parameters import Point
 from vessel_hsmc_ros.guidance.polyline import Waypoint
+from vessel_hsmc_ros.guidance.scheduled import Point
 
 FIRST_LEAD, LONGER = 0.5, 2.0
 """Time from the beginning of the planning to that of the path, s, and its factor after each plan that came too late."""

@@ -15,6 +15,7 @@ from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.kernel_reference import follow
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
@@ -118,7 +119,7 @@ def _reference_ship(mode: str) -> ReferenceParameters:
 
 def _is_reference_stored(mode: str) -> bool:
     reference: Any = make_reference(_reference_ship(mode), 0.01)
-    return compiled(reference.follow).stored
+    return compiled(follow, **reference.kernels).stored
 
 
 def _timed(job: Callable[[], None]) -> float:
