@@ -23,8 +23,9 @@ from paths import CURRENT, SAMPLES, SPEED, Boat, boat  # type: ignore[import-not
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.guidance.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
+from vessel_hsmc_ros.guidance.kernel_reference import follow
 from vessel_hsmc_ros.guidance.planned_track import Stretch
-from vessel_hsmc_ros.guidance.timetable import TimetableConstants, TimetableMemory, follow
+from vessel_hsmc_ros.guidance.timetable import TimetableConstants, TimetableMemory
 from vessel_hsmc_ros.guidance.turning import sustained
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.scenario.own_ship import MainData
@@ -106,7 +107,7 @@ def assess(b: Boat, mode: str, changes: dict[str, Any]) -> Found:
     top = p.lawnmower.speed if p.mode == "lawnmower" else p.motion.speed
     table = reference.constants.table
     rows, step = np.empty((SAMPLES, 9)), float(table.times[-1]) / SAMPLES
-    compiled(follow)(TimetableMemory(0), TimetableConstants(table, step), rows)
+    compiled(follow, **reference.kernels)(TimetableMemory(0), TimetableConstants(table, step), rows)
     times, states, accelerations = step * np.arange(SAMPLES), rows[:, :6], rows[:, 6:]
     off, sailed, shortest = 0.0, 0.0, np.zeros(2)
     for one in reference.track.stretches:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vessel_hsmc_ros import load_scenario
 from vessel_hsmc_ros.core.kinematics import as_published
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 

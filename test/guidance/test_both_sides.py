@@ -9,18 +9,16 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.guidance.corners import THROUGH, join
 from vessel_hsmc_ros.guidance.factory import travel_limits
 from vessel_hsmc_ros.guidance.on_the_spot import halt
-from vessel_hsmc_ros.guidance.path import plan_path, world_row
-from vessel_hsmc_ros.guidance.path_parameters import PATH
-from vessel_hsmc_ros.guidance.polyline import Part, Ship, Waypoint, polyline
+from vessel_hsmc_ros.guidance.path import plan_path
+from vessel_hsmc_ros.guidance.polyline import THROUGH, Ship, Waypoint, join, polyline
 from vessel_hsmc_ros.guidance.route import Element, Route, displacement, straight, turn
-from vessel_hsmc_ros.guidance.route_drift import drift_along
-from vessel_hsmc_ros.guidance.route_motion import motion_along
+from vessel_hsmc_ros.guidance.route_motion import drift_along, motion_along
 from vessel_hsmc_ros.guidance.sailing import _rested
+from vessel_hsmc_ros.guidance.scheduled import PATH
 from vessel_hsmc_ros.guidance.speed_profile import Phase, SpeedProfile
-from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at
+from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at, world_rows
 from vessel_hsmc_ros.guidance.turning import TRIED, excesses
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
@@ -53,7 +51,7 @@ def test_a_halt_takes_as_long_astern_as_ahead_and_to_either_side(u: float, r: fl
     for ahead in (1.0, -1.0):
         for side in (1.0, -1.0):
             motion = Motion(0.0, 0.0, 0.0, ahead * u, 0.0, side * r)
-            table = halt(motion, world_row(motion, STILL), ship().vessel, ship().limits)
+            table = halt(motion, world_rows(motion, STILL), ship().vessel, ship().limits)
             times.append(table.times)
             found = [motion_at(time, table)[1] for time in np.linspace(0.0, 0.999 * float(table.times[-1]), 300)]
             assert max(abs(each.du) for each in found) <= ship().limits.acceleration
@@ -127,8 +125,8 @@ def test_a_corner_without_room_is_counted_from_the_beginning_of_the_path(first: 
     places = (50.0 + 0.0j, 50.0 + 0.5j, 0.5j, 40.0 + 0.0j)
     points = tuple(Waypoint(place, THROUGH, 0.8, number=first + k) for k, place in enumerate(places, 1))
     with pytest.raises(ParameterError, match=rf"^{PATH}: corner {first + 1} of 90° needs "):
-        polyline(0j, Part(points), strong)
-    elements, _ = polyline(0j, Part(points[:1]), ship())
+        polyline(0j, points, strong)
+    elements, _ = polyline(0j, points[:1], ship())
     assert [element.leg for element in elements] == [first]
 
 
@@ -137,7 +135,7 @@ PLACES = (0j, 12.0 + 0j, 24.0 + 9.0j, 24.0 + 21.0j, 40.0 + 21.0j)
 
 def corner_speeds(places: Any, under_way: bool = False) -> list[float]:
     points = tuple(Waypoint(place, THROUGH, 0.8, number=k) for k, place in enumerate(places[1:], 1))
-    elements, sections = polyline(places[0], Part(points), ship(), under_way)
+    elements, sections = polyline(places[0], points, ship(), under_way)
     return [section.speed for element, section in zip(elements, sections, strict=True) if element.turn]
 
 

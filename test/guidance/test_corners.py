@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.guidance.corners import OVER, THROUGH, corner_of
+from vessel_hsmc_ros.guidance.polyline import OVER, THROUGH, corner_of
 from vessel_hsmc_ros.guidance.route import displacement
 
 

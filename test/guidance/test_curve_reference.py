@@ -99,18 +99,6 @@ def test_the_start_from_rest_is_smooth_and_leads_into_the_motion_at_constant_spe
     np.testing.assert_allclose(states[1100], motion(mode, 12.0, period)[0][600], atol=1e-12)
 
 
-@modes
-def test_reset_returns_to_the_start(mode: str) -> None:
-    reference = make_reference(parameters(mode), PERIOD)
-    first, acceleration = reference.state, reference.acceleration()
-    for _ in range(50):
-        reference.advance()
-    assert np.abs(reference.state - first).max() > 1.0
-    reference.reset()
-    np.testing.assert_array_equal(reference.state, first)
-    np.testing.assert_array_equal(reference.acceleration(), acceleration)
-
-
 @pytest.mark.parametrize(
     ("mode", "values", "reason"),
     [

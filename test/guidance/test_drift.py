@@ -11,7 +11,7 @@ from vessel_hsmc_ros.guidance.curve_motion import at_speed, velocities
 from vessel_hsmc_ros.guidance.curves import Arc, FigureEight, Square
 from vessel_hsmc_ros.guidance.drift import PeriodicDrift, samples
 from vessel_hsmc_ros.guidance.route import Element, Route, straight, turn
-from vessel_hsmc_ros.guidance.route_drift import drift_along
+from vessel_hsmc_ros.guidance.route_motion import drift_along
 from vessel_hsmc_ros.guidance.speed_profile import Phase, SpeedProfile
 from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters, unforced_acceleration, unforced_sway
 

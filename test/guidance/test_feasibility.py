@@ -7,9 +7,8 @@ import pytest
 from hulls import BOAT
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, demand
+from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, Demand, Pace, check_feasible, demand
 from vessel_hsmc_ros.guidance.curves import Arc
-from vessel_hsmc_ros.guidance.feasibility import LARGEST_DRIFT, check_feasible
 from vessel_hsmc_ros.guidance.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.plant.dynamics import Vessel
 

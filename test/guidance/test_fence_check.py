@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.fence import Fence, FenceParameters, fence_of
-from vessel_hsmc_ros.guidance.fence_check import leaving
+from vessel_hsmc_ros.core.fence import Fence, FenceParameters, fence_of, leaving
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 

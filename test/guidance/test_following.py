@@ -29,7 +29,7 @@ from vessel_hsmc_ros.guidance.following import (
     waiting_of,
 )
 from vessel_hsmc_ros.guidance.motion_filter import MotionLimits
-from vessel_hsmc_ros.guidance.path_parameters import PathParameters
+from vessel_hsmc_ros.guidance.scheduled import PathParameters
 
 PERIOD = 0.05
 WAITING = Waiting(2.0, 6.0, 3.0)

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.guidance.path_reference import PathReference
+from vessel_hsmc_ros.guidance.path import PathReference
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 PERIOD = 0.1

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference, travel_limits
-from vessel_hsmc_ros.guidance.lawnmower import legs_of, plan_lawnmower, u_turn
+from vessel_hsmc_ros.guidance.lawnmower import plan_lawnmower, rectangle_legs, u_turn
 from vessel_hsmc_ros.guidance.route import Element, Route, displacement, turn
 from vessel_hsmc_ros.guidance.sailing import Sailing
 from vessel_hsmc_ros.guidance.speed_profile import CONSTANT, FREE, Section, SpeedProfile, phases
@@ -245,6 +245,7 @@ def test_a_rectangle_is_surveyed_between_its_long_sides_from_the_nearest_corner(
     [
         ({"rectangle": [1.0, 2.0, 100.0, 0.0]}, r"rectangle must be .*got \[1.0, 2.0, 100.0, 0.0\]"),
         ({"rectangle": [1.0, 2.0, 100.0]}, "must be x, y of the center"),
+        ({"rectangle": [1.0, 2.0, 100.0, 50.0], "spacing": 0.0}, r"spacing must have a magnitude of at least 0.01 m \(got 0 m\)"),
         ({"rectangle": [0.0, 0.0, 100.0, 80.0]}, "run_in must be above 0 m with a rectangle"),
     ],
 )
@@ -258,7 +259,7 @@ def test_a_width_of_whole_spacings_has_no_leg_more_for_the_rounding_of_their_quo
     """And one that is wider by a little has one more, as no two legs may be further apart than the spacing."""
     for gaps in range(1, 60):
         width = round(gaps * abs(spacing), 9)
-        assert legs_of((0.0, 0.0, 10.0, width), 0.3, spacing, 0j).number == gaps + 1
-        wider = legs_of((0.0, 0.0, 10.0, 1.001 * width), 0.3, spacing, 0j)
-        assert wider.number == gaps + 2
+        assert len(rectangle_legs((0.0, 0.0, 10.0, width), 0.3, spacing, 0j).strips) == gaps + 1
+        wider = rectangle_legs((0.0, 0.0, 10.0, 1.001 * width), 0.3, spacing, 0j)
+        assert len(wider.strips) == gaps + 2
         assert abs(wider.spacing) == pytest.approx(1.001 * width / (gaps + 1))

@@ -29,14 +29,6 @@ def test_a_changed_force_acts_from_the_next_step_on() -> None:
     assert ship.acceleration()[0] == pytest.approx(before[0] + 1e5 / VirtualShipParameters().vessel.coefficients().m11, rel=1e-2)
 
 
-def test_a_changed_frequency_leaves_the_sine_continuous() -> None:
-    ship, same = sail(SINE, 1000), sail(SINE, 1000)
-    ship.retune(replace(SINE, yaw_moment_sine=SineParameters(1e6, 5.0)))
-    for each in (ship, same):
-        each.advance()
-    assert ship.acceleration()[2] == pytest.approx(same.acceleration()[2], abs=0.06 * 1e6 / 1e6)
-
-
 def test_each_change_of_both_frequencies_leaves_both_sines_continuous() -> None:
     ship = sail(VirtualShipParameters(surge_force=0.0, yaw_moment=0.0), 0)
     for surge, yaw in ((0.7, 0.3), (0.0, 0.9), (1.1, 0.2), (0.4, 0.0)):

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guidance.factory import travel_limits
 from vessel_hsmc_ros.guidance.path import plan_path
-from vessel_hsmc_ros.guidance.polyline import Part, Ship, Waypoint, polyline
+from vessel_hsmc_ros.guidance.polyline import Ship, Waypoint, polyline
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 
@@ -21,7 +21,7 @@ def corner_speeds(points: list[complex], corner: str = "through") -> list[float]
     """The speeds of the corners of a path from rest to rest by its points, the first of which is its start."""
     p = BOAT
     ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")
-    part = Part(tuple(Waypoint(point, corner, p.motion.speed) for point in points[1:]))
+    part = tuple(Waypoint(point, corner, p.motion.speed) for point in points[1:])
     elements, sections = polyline(points[0], part, ship)
     return [section.speed for element, section in zip(elements, sections, strict=True) if element.turn]
 
@@ -58,7 +58,7 @@ def test_corners_leave_a_quarter_of_a_leg_from_rest_free_and_none_of_one_under_w
     p, first = BOAT, legs * LENGTH
     ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")
     ends = first, first + 20.0 * LENGTH * complex(math.cos(angle), math.sin(angle))
-    part = Part(tuple(Waypoint(complex(end), "through", p.motion.speed) for end in ends))
+    part = tuple(Waypoint(complex(end), "through", p.motion.speed) for end in ends)
     rest, way = (polyline(0j, part, ship, under_way) for under_way in (False, True))
     free = [sum(element.length for element in elements[:1] if not element.turn) for elements, _ in (rest, way)]
     assert free[0] >= 0.25 * first * (1.0 - 1e-9)

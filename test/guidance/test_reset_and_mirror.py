@@ -61,6 +61,8 @@ CASES: list[tuple[str, dict[str, Any], Any]] = [
     ("path", {"path__time": 4.0, **CORNERS}, PATHS[1:]),
     ("circle", {"circle__radius": -40.0}, ()),
     ("square", {}, ()),
+    ("straight", {}, ()),
+    ("figure_eight", {}, ()),
     ("lawnmower", {"lawnmower__leg_length": 50.0, "lawnmower__spacing": 50.0, "lawnmower__speed": 1.0, "lawnmower__legs": 2}, ()),
 ]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import GoalError
-from vessel_hsmc_ros.guidance import path_reference
+from vessel_hsmc_ros.guidance import path
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
 from vessel_hsmc_ros.guidance.path import plan_path
 from vessel_hsmc_ros.nodes.helm import FIRST_LEAD, PathPlanning
@@ -38,7 +38,7 @@ class Sailing:
             finally:
                 self.planned.release()
 
-        monkeypatch.setattr(path_reference, "plan_path", gated)
+        monkeypatch.setattr(path, "plan_path", gated)
         self.states = [self.reference.state]
 
     def go_on(self, steps: int) -> list[Any]:

@@ -12,6 +12,7 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.kernel_reference import follow
 from vessel_hsmc_ros.messages.conversions import read_reference
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.recorder import RecorderNode
@@ -115,7 +116,7 @@ def test_a_path_that_is_changed_under_way_is_the_same_in_bag_offline_reference_c
         reference.advance()
         begin = end + 1
     rows = np.empty((len(recorded) - begin, 9))
-    compiled(reference.follow)(reference.memory, reference.constants, rows)
+    compiled(follow, **reference.kernels)(reference.memory, reference.constants, rows)
     np.testing.assert_array_equal(recorded[begin:], rows)
     assert_steps(reference, recorded[begin:])
 

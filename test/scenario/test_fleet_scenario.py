@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.factory import REFERENCES, make_reference
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import REFERENCES, make_reference, trajectory
 from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, dump_fleet, make_fleet
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import read_parameters

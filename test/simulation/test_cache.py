@@ -17,7 +17,7 @@ from compiling import only_compiled
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.core.kernel import KERNELS, kernel
+from vessel_hsmc_ros.core.kernel import KERNELS, bound, kernel
 from vessel_hsmc_ros.scenario.scenario import load_scenario, make_law
 from vessel_hsmc_ros.simulation import compilation, preparation
 from vessel_hsmc_ros.simulation.compilation import Compiled
@@ -118,7 +118,7 @@ def modules_of_kernels() -> set[Path]:
         law = make_law(scenario.controller)
         assert isinstance(law, KernelLaw)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(preparation, "compiled", lambda function: function)  # two samples: faster than to compile
+            patch.setattr(preparation, "compiled", bound)  # two samples: faster than to compile
             names |= {each.__module__ for each in types_in(preparation.prepare(scenario, 2, law))}
     names |= {Kept.__module__}
     files = {inspect.getsourcefile(sys.modules[name]) for name in names if name.startswith("vessel_hsmc_ros.")}

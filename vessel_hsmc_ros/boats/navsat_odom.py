@@ -196,9 +196,7 @@ class NavsatOdometryNode(VesselNode):
             self.refuse(f"{name} without a satellite fix (status {message.status.status}) is not published")
             return False
         if not (abs(message.latitude) < 90.0 and abs(message.longitude) <= 360.0 and (message.latitude or message.longitude)):
-            self.refuse(
-                f"{name} must be in degrees, not at a pole and not at 0, 0 (got {message.latitude}, {message.longitude})"
-            )
+            self.refuse(f"{name} must be in degrees, not at a pole and not at 0, 0 (got {message.latitude}, {message.longitude})")
             return False
         return True
 

@@ -6,6 +6,7 @@ complex numbers x + i·y.
 
 import cmath
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from vessel_hsmc_ros.core.schema import parameter
 Places = NDArray[np.complex128]
 
 CIRCLE_CORNERS = 64  # of the polygon within the largest distance from home: it is at most 0.2 % smaller than the circle
+BLOCK = 100  # stretches of a way that are compared with the sides at once
 MAX_CORNERS = 2000  # of all polygons together: the distance of a way from them takes some 0.1 ms per 500
 
 
@@ -133,11 +135,34 @@ def clearance(fence: Fence, way: Places) -> float:
     return -float(distances(way[:1], way[:1], fence.begin, fence.end).min())
 
 
+def leaving(fence: Fence, way: Places, legs: Sequence[int]) -> str:
+    """Which leg leaves a fence first, where, and how far the way goes outside; empty if it stays inside.
+
+    `way`: places in their order, (n,) m. `legs`: number of the leg to each place from the second on, (n - 1,).
+    """
+    begins, ends = way[:-1], way[1:]
+    blocks = range(0, len(begins), BLOCK)
+    nearest = np.concatenate(
+        [distances(begins[i : i + BLOCK], ends[i : i + BLOCK], fence.begin, fence.end).min(axis=1) for i in blocks]
+    )
+    outside = np.array([not allowed(fence, complex(p)) for p in way])
+    wrong = np.flatnonzero((nearest <= 0.0) | outside[:-1] | outside[1:])
+    if not len(wrong):
+        return ""
+    far = way[outside]
+    apart = [float(distances(far[i : i + 1], far[i : i + 1], fence.begin, fence.end).min()) for i in range(len(far))]
+    p, end = begins[wrong[0]], ends[wrong[0]]
+    return (
+        f"leg {legs[wrong[0]]} leaves the fence between ({p.real:.6g}, {p.imag:.6g}) and ({end.real:.6g}, {end.imag:.6g}) m,"
+        f" by up to {max(apart, default=0.0):.1f} m"
+    )
+
+
 def distances(a: Places, b: Places, c: Places, d: Places) -> NDArray[np.float64]:
     """The distances of the ways from a to b, (m,), from those from c to d, (n,), as (m, n) m; 0 where they cross."""
     a, b, way, side = a[:, None], b[:, None], (b - a)[:, None], d - c
     found = np.minimum(
-        np.minimum(_from_line(c, a, way), _from_line(d, a, way)), np.minimum(_from_line(a, c, side), _from_line(b, c, side))
+        np.minimum(from_ways(c, a, way), from_ways(d, a, way)), np.minimum(from_ways(a, c, side), from_ways(b, c, side))
     )
     of_side, of_way = (_side(way, c - a), _side(way, d - a)), (_side(side, a - c), _side(side, b - c))
     # A way through a corner crosses it; lines that coincide may still be apart.
@@ -150,7 +175,7 @@ def _side(way: Places, point: Places) -> NDArray[np.float64]:
     return np.sign((np.conj(way) * point).imag)
 
 
-def _from_line(p: Places, a: Places, way: Places) -> NDArray[np.float64]:
+def from_ways(p: Places, a: Places, way: Places) -> NDArray[np.float64]:
     """The distances of points from the ways that begin at a."""
     squared = np.maximum((way * np.conj(way)).real, 1e-300)
     along = np.clip(((p - a) * np.conj(way)).real / squared, 0.0, 1.0)

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.guidance.input_program import (
     input_value,
     program_of,
 )
-from vessel_hsmc_ros.guidance.kernel_reference import Array, KernelReference, write_row
+from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 
 
 @dataclass(frozen=True)
@@ -69,14 +69,6 @@ def read(m: CourseMemory, c: CourseConstants) -> tuple[Motion, Acceleration]:
     return Motion(m.x, m.y, input_value(c.heading, 0.0, time), c.speed, 0.0, r), Acceleration(0.0, 0.0, dr)
 
 
-@kernel
-def follow(m: CourseMemory, c: CourseConstants, rows: Array) -> None:
-    """Write the motion of each step into rows of shape (n, 9)."""
-    for k in range(len(rows)):
-        m = move(m, c) if k > 0 else m
-        write_row(rows[k], read(m, c))
-
-
 class CourseReference(KernelReference):
     """A heading over time in discrete time.
 
@@ -87,7 +79,7 @@ class CourseReference(KernelReference):
         ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
     """
 
-    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+    move, read = staticmethod(move), staticmethod(read)
 
     def __init__(self, parameters: CourseReferenceParameters, start: tuple[float, float], period: float) -> None:
         heading = program_of(parameters, "heading", "reference_ship.course")

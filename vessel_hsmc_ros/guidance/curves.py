@@ -61,7 +61,7 @@ class CurveConstants(NamedTuple):
 def polynomial(z: Any, a: ComplexArray) -> Any:
     """The polynomial with coefficients a, the highest order first, by Horner's rule."""
     value = 0.0 * z
-    for coefficient in a:
+    for coefficient in a.tolist():
         value = value * z + coefficient
     return value
 
@@ -127,14 +127,6 @@ class Curve:
     constants: CurveConstants  # the curve as the kernels take it
     period: float  # arc length after which the curvature repeats, m
     shortest_bend: float  # arc length over which the curvature rises and falls, m; infinite if it is constant
-
-    def position(self, s: float) -> complex:
-        """The position p, m."""
-        return position(s, self.constants)
-
-    def course(self, s: float) -> float:
-        """The course chi, rad, not wrapped."""
-        return course(s, self.constants)
 
     def curvature(self, s: ArrayLike) -> Array:
         """The curvature kappa, 1/m."""

@@ -4,30 +4,35 @@
 |---|---|---|---|
 | s, chi, kappa | arc length, course and curvature of the curve | m, rad, 1/m | - |
 | U | speed along the curve | m/s | - |
-| beta | drift angle chi - psi, positive for a drift to port | rad | - |
-| u, v, r | U·cos(beta), U·sin(beta), U·(kappa - dbeta/ds) | m/s, m/s, rad/s | (6) |
-| m11, m22, d_v, d_v2, d_v3 | coefficients of the hull | kg, kg, kg/s, kg/m, kg·s/m² | (6) |
+| beta | drift angle chi - psi, positive for a drift to port; ' is the derivative with respect to s | rad | - |
+| u, v, r | U·cos(beta), U·sin(beta), U·(kappa - beta') | m/s, m/s, rad/s | (6) |
+| Y(u, v, r) | sway force lost to damping, (D·nu)_Y of the plant | N | plant.py |
 
-Sway has no actuator, so the hull turns into the curve only as its drift angle allows. With these velocities the sway equation
-m22·dv = -m11·u·r - d_v·v - d_v2·|v|·v - d_v3·v³ divided by u becomes
+Sway has no actuator, so the hull turns into the curve only as its drift angle allows: m22·dv + m23·dr = -m11·u·r - Y with
+dv = u·U·beta' and dr = U²·(kappa' - beta''). Divided by u:
 
-    (m22 - m11)·U·dbeta/ds + G(beta, s) = 0,   G = m11·U·kappa + (d_v + d_v2·|v| + d_v3·v²)·tan(beta)
+    F(beta) = (m22 - m11)·U·beta' + m11·U·kappa + [Y + m23·U²·(kappa' - beta'')]/u = 0
 
-with G increasing in beta. Its periodic solution is the only bounded one. It exists for every hull with sway damping: for
-m22 > m11 it is stable forwards in time, for m22 < m11 backwards in time (which is no obstacle, because the curve is known in
-advance), and for m22 = m11 the equation is algebraic. Coupling of sway and yaw adds to it: coupled_drift.py.
+Its periodic solution is sought on samples of a period, by steps that F linearised about the mean gives; that is diagonal in the
+frequency domain. Where sway and yaw are not coupled, Y/u = (d_v + d_v2·|v| + d_v3·v²)·tan(beta) increases with beta. The periodic
+solution is then the only bounded one, and exists for every hull with sway damping: for m22 > m11 it is stable forwards in time,
+for m22 < m11 backwards in time (which is no obstacle, because the curve is known in advance), and for m22 = m11 the equation is
+algebraic. Every step is a contraction, because the derivative is skew-symmetric and the slope is the mean of the extreme ones.
+Where they are coupled, by inertia or damping, the steps precondition a Newton-Krylov method.
 """
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.guidance import coupled_drift
 from vessel_hsmc_ros.guidance.curves import Curve
-from vessel_hsmc_ros.plant.dynamics import Vessel
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -35,27 +40,28 @@ ComplexArray = NDArray[np.complex128]
 SAMPLES_PER_BEND, LARGEST_EXPONENT = 256, 8
 """Samples of the solution along the shortest bend; at most 3^8 = 6561 in a period. An odd number has no Nyquist frequency."""
 
-ITERATIONS, TOLERANCE = 5000, 1e-14
-"""The fixed-point iteration ends when the drift angle changes by less than the tolerance, rad."""
+STEPS, TOLERANCE = 5000, 1e-14
+"""The iteration ends when the drift angle changes by less than the tolerance, rad, or after this many steps."""
 
+NEWTON_STEPS, NEWTON_TOLERANCE = 60, 1e-12
+"""The same of a coupled hull, whose iteration then fails."""
+
+DIFFERENCE = 1e-6  # step of the central differences, rad and rad/s
 NEGLIGIBLE = 1e-10  # higher harmonics below this share of the drift angle are omitted
 STEEPEST = 1.55  # largest drift angle of the solution, rad; the hull then travels almost sideways
 
 
-def damping_ratio(beta: Array, speed: Array | float, vessel: Vessel) -> tuple[Array, Array]:
-    """Sway damping divided by surge speed, and its derivative with respect to the drift angle.
+def damping_ratio(beta: Any, speed: Any, r: Any, vessel: Vessel) -> Any:
+    """Y(u, v, r)/u at a drift angle and a yaw rate, numbers or arrays, kg/s·(m/s).
 
-    `beta`: drift angle, rad. `speed`: U, m/s. `vessel`: coefficients of (6). Returns (d_v + d_v2·|v| + d_v3·v²)·tan(beta) and
-    its derivative, both in kg/s.
+    `beta`: drift angle, rad. `speed`: U, m/s. `r`: yaw rate, rad/s.
     """
-    v, tangent = speed * np.sin(beta), np.tan(beta)
-    factor = vessel.d_v + vessel.d_v2 * np.abs(v) + vessel.d_v3 * v * v
-    slope = (vessel.d_v2 * np.sign(v) + 2.0 * vessel.d_v3 * v) * speed * np.cos(beta)
-    return factor * tangent, factor * (1.0 + tangent * tangent) + slope * tangent
+    u = speed * np.cos(beta)
+    return damping_force(u, speed * np.sin(beta), r, vessel)[1] / u
 
 
 def steady_drift(load: Array, speed: Array | float, vessel: Vessel) -> Array:
-    """The drift angle of a steady turn, G(beta) = 0, by bisection.
+    """The drift angle of a steady turn, F(beta) = 0 with beta' = kappa' = 0, by bisection.
 
     `load`: m11·U·kappa, shape (n,), kg/s. `speed`: U, m/s, one or shape (n,). `vessel`: coefficients of (6). Returns drift
     angle, shape (n,), rad; STEEPEST at most where the damping is too small for a smaller one.
@@ -64,12 +70,7 @@ def steady_drift(load: Array, speed: Array | float, vessel: Vessel) -> Array:
     for _ in range(60):
         middle = 0.5 * (low + high)
         # A steady turn has the yaw rate U·kappa.
-        lost = (
-            coupled_drift.damping_ratio(middle, speed, load / vessel.m11, vessel)
-            if vessel.coupled
-            else damping_ratio(middle, speed, vessel)[0]
-        )
-        above = load + lost > 0.0
+        above = load + damping_ratio(middle, speed, load / vessel.m11, vessel) > 0.0
         low, high = np.where(above, low, middle), np.where(above, middle, high)
     return np.where(load == 0.0, 0.0, 0.5 * (low + high))
 
@@ -115,7 +116,7 @@ def drift_at(z: Any, c: DriftConstants) -> Drift:
     Horner's rule with two derivatives: p is the polynomial with these coefficients, p1 its derivative, p2 half its second one.
     """
     p = p1 = p2 = 0.0 * z
-    for amplitude in c.a:
+    for amplitude in c.a.tolist():
         p2 = p2 * z + p1
         p1 = p1 * z + p
         p = p * z + amplitude
@@ -126,31 +127,71 @@ def drift_at(z: Any, c: DriftConstants) -> Drift:
 
 def _solution(curve: Curve, speed: float, vessel: Vessel) -> Array:
     """The periodic drift angle at the samples of a period, shape (n,), rad."""
-    load = steady_load(curve, speed, vessel)
-    beta, n = steady_drift(load, speed, vessel), len(load)
+    s = samples(curve)
+    n, kappa, kappa_slope = len(s), curve.curvature(s), curve.curvature_slope(s)
+    beta = steady_drift(vessel.m11 * speed * kappa, speed, vessel)
     if n == 1:
         return beta
-    if vessel.coupled:
-        return coupled_drift.periodic_drift(curve, samples(curve), beta, speed, vessel)
-    # By the maximum principle the solution stays within the extremes of the steady drift angle.
-    bound = float(np.max(np.abs(beta)))
-    g = 0.5 * float(np.sum(damping_ratio(np.array([0.0, bound]), speed, vessel)[1]))
     w: Array = np.arange(n // 2 + 1.0) * (2.0 * math.pi / curve.period)
-    operator = (vessel.m22 - vessel.m11) * speed * 1j * w + g
-    for _ in range(ITERATIONS):
-        last, force = beta, load + damping_ratio(beta, speed, vessel)[0]
-        beta = np.clip(np.fft.irfft(np.fft.rfft(g * beta - force) / operator, n), -bound, bound)
+    # Not coupled, by the maximum principle the solution stays within the extremes of the steady drift angle.
+    bound = float(np.max(np.abs(beta)))
+    angles, rates = (beta, speed * kappa) if vessel.coupled else (np.array([0.0, bound]), np.zeros(2))
+    operator, linear = _operator(w, angles, rates, speed, vessel), 1j * w * (vessel.m22 - vessel.m11) * speed
+
+    def step(beta: Array) -> Array:
+        """What to subtract from an estimate."""
+        spectrum, others = np.fft.rfft(beta), vessel.m11 * speed * kappa
+        if vessel.coupled:
+            slope, slope_rate = np.fft.irfft(1j * w * spectrum, n), np.fft.irfft(-w * w * spectrum, n)
+            others = others + damping_ratio(beta, speed, speed * (kappa - slope), vessel)
+            others += vessel.m23 * speed * (kappa_slope - slope_rate) / np.cos(beta)
+        else:
+            others = others + damping_ratio(beta, speed, 0.0, vessel)
+        return np.fft.irfft((linear * spectrum + np.fft.rfft(others)) / operator, n)
+
+    if vessel.coupled:
+        return _zero(step, beta, speed)
+    for _ in range(STEPS):
+        last, beta = beta, np.clip(beta - step(beta), -bound, bound)
         if np.max(np.abs(beta - last)) < TOLERANCE:
             break
     return beta
 
 
+def _operator(w: Array, beta: Array, r: Array, speed: float, vessel: Vessel) -> Any:
+    """F linearised about the mean of some drift angles and yaw rates, by wavenumber."""
+
+    def slope(beta_step: float, r_step: float) -> float:
+        high = damping_ratio(beta + beta_step, speed, r + r_step, vessel)
+        low = damping_ratio(beta - beta_step, speed, r - r_step, vessel)
+        return float(np.mean(high - low)) / (2.0 * DIFFERENCE)
+
+    by_angle, by_rate = slope(DIFFERENCE, 0.0), slope(0.0, DIFFERENCE)
+    # r = U·(kappa - beta'), so a derivative with respect to r is one with respect to beta' times -U.
+    first = (vessel.m22 - vessel.m11) * speed - by_rate * speed
+    return by_angle + 1j * w * first + vessel.m23 * speed * w * w
+
+
+def _zero(step: Callable[[Array], Array], start: Array, speed: float) -> Array:
+    """The drift angle of which nothing is to be subtracted any more, from a first estimate on.
+
+    Raises ParameterError if there is none, or the iteration does not find it; InstallationError if SciPy is missing.
+    """
+    require("scipy")
+    from scipy.optimize import NoConvergence, newton_krylov  # SciPy's import takes time, and few runs need it
+
+    try:
+        return np.asarray(newton_krylov(step, start, f_tol=NEWTON_TOLERANCE, maxiter=NEWTON_STEPS))
+    except (NoConvergence, ValueError, FloatingPointError):
+        raise ParameterError(
+            f"no drift angle is found with which this hull travels the curve at {speed:g} m/s: use a larger curve or less speed"
+        ) from None
+
+
 class PeriodicDrift:
     """The periodic drift angle along a curve at constant speed, a Fourier series in the arc length.
 
-    It is the limit of ((m22 - m11)·U·d/ds + g)·beta_next = g·beta - G(beta), solved in the frequency domain. Every step is a
-    contraction, because the derivative is skew-symmetric and g is the mean of the extreme slopes of G. A hull whose sway is
-    coupled to its yaw takes `coupled_drift`. `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping.
+    `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping.
 
     Raises:
         ParameterError: a coupled hull has no drift angle that is found.

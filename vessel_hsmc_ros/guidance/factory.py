@@ -1,7 +1,8 @@
-"""The common interface of all references, and their factory."""
+"""The common interface of all references, their factory, and the whole trajectory of one in a call."""
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -9,26 +10,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.fence import Fence, FenceParameters, allowed, fence_of
+from vessel_hsmc_ros.core.fence import Fence, FenceParameters, allowed, fence_of, leaving
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.guidance.corners import THROUGH
+from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.course import CourseReference, CourseReferenceParameters
-from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace
-from vessel_hsmc_ros.guidance.curve_reference import CurveReference
-from vessel_hsmc_ros.guidance.feasibility import LARGEST_DRIFT, check_feasible
-from vessel_hsmc_ros.guidance.fence_check import leaving, track_leaving
+from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, CurveReference, Demand, Pace, check_feasible
 from vessel_hsmc_ros.guidance.following import FollowingReference, PacedReference, Waiting, waiting_of
 from vessel_hsmc_ros.guidance.goal import GoalReference
-from vessel_hsmc_ros.guidance.goal_parameters import GoalParameters, scheduled_goals
+from vessel_hsmc_ros.guidance.kernel_reference import KernelReference, follow
 from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
-from vessel_hsmc_ros.guidance.motion_filter import Filter, Filtered, MotionLimits, filter_of
-from vessel_hsmc_ros.guidance.path_parameters import PATH, PathParameters, Point, scheduled_path
-from vessel_hsmc_ros.guidance.path_reference import PathReference
-from vessel_hsmc_ros.guidance.patterns import ExpandingSquareParameters, SpiralParameters
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
-from vessel_hsmc_ros.guidance.polyline import Ship, Waypoint
-from vessel_hsmc_ros.guidance.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
+from vessel_hsmc_ros.guidance.motion_filter import Filtered, MotionLimits, filter_of
+from vessel_hsmc_ros.guidance.path import PathReference
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
+from vessel_hsmc_ros.guidance.polyline import THROUGH, Ship, Waypoint
+from vessel_hsmc_ros.guidance.scheduled import PATH, GoalParameters, PathParameters, Point, scheduled_goals, scheduled_path
+from vessel_hsmc_ros.guidance.shapes import (
+    CircleParameters,
+    ExpandingSquareParameters,
+    FigureEightParameters,
+    SpiralParameters,
+    SquareParameters,
+    StraightParameters,
+)
 from vessel_hsmc_ros.guidance.timetable import TimetableMemory, TimetableReference
 from vessel_hsmc_ros.guidance.turning import TravelLimits
 from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip, VirtualShipParameters
@@ -76,13 +80,10 @@ def _course(parameters: "ReferenceShipParameters", period: float) -> Reference:
     return CourseReference(parameters.course, (x, y), period)
 
 
-def _motion(p: "ReferenceShipParameters", period: float) -> tuple[Filtered, Filter]:
-    start = Filtered(*map(float, (*p.initial_pose, *p.initial_velocity, 0.0, 0.0)))
-    return start, filter_of(p.motion, p.vessel.coefficients(), period, p.vessel.yaw_moment_limit)
-
-
 def _goal(parameters: "ReferenceShipParameters", period: float) -> Reference:
-    return GoalReference(*_motion(parameters, period), parameters.goal)
+    p = parameters
+    start = Filtered(*map(float, (*p.initial_pose, *p.initial_velocity, 0.0, 0.0)))
+    return GoalReference(start, filter_of(p.motion, p.vessel.coefficients(), period, p.vessel.yaw_moment_limit), p.goal)
 
 
 def _path(parameters: "ReferenceShipParameters", period: float) -> Reference:
@@ -254,3 +255,29 @@ def track_of(
         reference.set_path(points)
     track: PlannedTrack = reference.track
     return track._replace(waits=parameters.follow == "vessel")
+
+
+Compiler = Callable[..., Callable[..., Any]]
+
+
+def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, compiled: Compiler | None = None) -> Array:
+    """The motion of a reference at its published instants 0 to count - 1, bit-identical to stepping it.
+
+    One that follows its vessel has the motion of its timetable, as if the vessel were never behind. `rate_hz`: rate at which it
+    is published, Hz. `count`: number of instants. `compiled`: compiles a kernel; interpreted by default. Returns x, y, psi (not
+    wrapped), u, v, r, du, dv, dr, shape (count, 9). Raises ParameterError as for `make_reference`; SimulationError if the
+    motion is no longer finite.
+    """
+    reference = make_reference(replace(parameters, follow="time"), RateGrid(rate_hz).period)
+    rows = np.full((count, 9), np.nan)
+    if compiled and isinstance(reference, KernelReference):
+        with suppress(ValueError):  # the cosine of an infinite heading, where another compiler interprets
+            compiled(follow, **reference.kernels)(reference.memory, reference.constants, rows)
+        if np.isfinite(rows).all():
+            return rows
+    # Step by step, which raises the error that names what is no longer finite, and when.
+    for k in range(count):
+        if k:
+            reference.advance()
+        rows[k] = *reference.state, *reference.acceleration()
+    return rows

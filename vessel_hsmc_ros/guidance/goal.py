@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wrap
 from vessel_hsmc_ros.core.limits import clip
-from vessel_hsmc_ros.guidance.goal_parameters import GoalParameters, scheduled_goals
-from vessel_hsmc_ros.guidance.kernel_reference import KernelReference, write_row
+from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 from vessel_hsmc_ros.guidance.motion_filter import Filter, Filtered, advance_filter, read_filter
+from vessel_hsmc_ros.guidance.scheduled import GoalParameters, scheduled_goals
 
 STREAM_GAP, STREAM_SPEED = 1.5, 0.067
 """Goals that follow each other within the first, s, which is a property of publishers, and move faster than the second, relative
@@ -276,32 +276,6 @@ def read(m: GoalMemory, c: GoalConstants) -> tuple[Motion, Acceleration]:
     return read_filter(m.motion, c.filter)
 
 
-@kernel
-def follow(m: GoalMemory, c: GoalConstants, rows: Array) -> None:
-    """Write the motion of each step into rows of shape (n, 9)."""
-    for k in range(len(rows)):
-        m = move(m, c) if k > 0 else m
-        write_row(rows[k], read(m, c))
-
-
-def goal_constants(motion: Filter, parameters: GoalParameters) -> GoalConstants:
-    """The constants of a goal reference.
-
-    Raises ParameterError if poses and times of the goals differ in number, or the times do not increase.
-    """
-    goals = [(round(time / motion.period), pose) for time, pose in scheduled_goals(parameters) if time >= 0.0]
-    poses = np.array([pose for _, pose in goals], np.float64).reshape(-1, 3)
-    given = float(parameters.astern_distance)
-    astern = given if given >= 0.0 else ASTERN * motion.length
-    return GoalConstants(motion, astern, np.array([step for step, _ in goals], np.int64), poses)
-
-
-def keeping(start: Filtered, c: GoalConstants) -> GoalMemory:
-    """The memory at the start, with the initial position as goal unless another is scheduled."""
-    target = stationary(start.x, start.y, start.psi, -math.inf, math.nan)
-    return set_scheduled(GoalMemory(start, target, True, start.psi, 1.0, 0), c)
-
-
 class GoalReference(KernelReference):
     """A feasible motion to the latest goal; before the first goal it keeps its initial position.
 
@@ -309,16 +283,21 @@ class GoalReference(KernelReference):
         ParameterError: poses and times of the goals differ in number, or the times do not increase.
     """
 
-    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+    move, read = staticmethod(move), staticmethod(read)
 
     def __init__(self, start: Filtered, motion: Filter, parameters: GoalParameters) -> None:
-        self.constants = goal_constants(motion, parameters)
+        goals = [(round(time / motion.period), pose) for time, pose in scheduled_goals(parameters) if time >= 0.0]
+        steps, poses = np.array([step for step, _ in goals], np.int64), np.array([pose for _, pose in goals], np.float64)
+        given = float(parameters.astern_distance)
+        self.constants = GoalConstants(motion, given if given >= 0.0 else ASTERN * motion.length, steps, poses.reshape(-1, 3))
         self._start = start
         self.reset()
 
     def reset(self) -> None:
         """Return to the start: goals that were set are discarded, scheduled goals begin again."""
-        self.memory = keeping(self._start, self.constants)
+        start = self._start
+        target = stationary(start.x, start.y, start.psi, -math.inf, math.nan)
+        self.memory = set_scheduled(GoalMemory(start, target, True, start.psi, 1.0, 0), self.constants)
 
     def set_goal(self, x: float, y: float, psi: float, stamp: float | None = None) -> None:
         """Set a goal; goals that follow each other shortly define a moving goal.

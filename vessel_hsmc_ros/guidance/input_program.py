@@ -83,16 +83,22 @@ def program(
     groups are named after it. Raises ParameterError if times and values of the steps or of the ramp differ in number, or the
     times do not increase.
     """
-    for points, kind in ((steps, "steps"), (ramp, "ramp")):
-        check_points(points, f"{name}_{kind}")
-    parts = (*arrays(steps), *arrays(ramp))
+    parts = (*arrays(steps, f"{name}_steps"), *arrays(ramp, f"{name}_ramp"))
     return Program(float(constant), float(sine.amplitude), float(sine.frequency), float(sine.phase), *parts)
 
 
-def arrays(points: StepsParameters | RampParameters) -> tuple[Array, Array]:
-    """Times and values as arrays; empty if all values are zero, which saves most inputs the search."""
-    nonzero = any(points.values)
-    return np.array(points.times if nonzero else (), np.float64), np.array(points.values if nonzero else (), np.float64)
+def arrays(points: StepsParameters | RampParameters, name: str) -> tuple[Array, Array]:
+    """Times and values as arrays; empty if all values are zero, which saves most inputs the search.
+
+    Raises ParameterError if lengths differ, the lists are empty, or the times do not increase.
+    """
+    times, values = list(points.times), list(points.values)
+    if len(times) != len(values) or not times:
+        raise ParameterError(f"{name}.times must be as many as {name}.values = {values}, and at least one (got {times})")
+    if any(later <= earlier for earlier, later in pairwise(times)):
+        raise ParameterError(f"{name}.times must increase (got {times})")
+    nonzero = any(values)
+    return np.array(times if nonzero else (), np.float64), np.array(values if nonzero else (), np.float64)
 
 
 def program_of(parameters: Any, name: str, owner: str) -> Program:
@@ -156,15 +162,3 @@ def passed(times: Array, time: float) -> int:
         else:
             low = middle + 1
     return low
-
-
-def check_points(points: StepsParameters | RampParameters, name: str) -> None:
-    """Check the times and values of steps or of a ramp.
-
-    Raises ParameterError if lengths differ, the lists are empty, or the times do not increase.
-    """
-    times, values = list(points.times), list(points.values)
-    if len(times) != len(values) or not times:
-        raise ParameterError(f"{name}.times must be as many as {name}.values = {values}, and at least one (got {times})")
-    if any(later <= earlier for earlier, later in pairwise(times)):
-        raise ParameterError(f"{name}.times must increase (got {times})")

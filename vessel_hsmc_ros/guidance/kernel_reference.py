@@ -6,19 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 
 Array = NDArray[np.float64]
 
 
+move: Any = None  # the kernels of a reference take the place of these two
+read: Any = None
+
+
 @kernel
-def write_row(row: Array, reading: tuple[Motion, Acceleration]) -> None:
-    """Write a state and accelerations into a row of shape (9,)."""
-    motion, acceleration = reading
-    for i in range(6):
-        row[i] = motion[i]
-    for i in range(3):
-        row[6 + i] = acceleration[i]
+def follow(memory: Any, constants: Any, rows: Array) -> None:
+    """Write the motion of each step into rows of shape (n, 9)."""
+    for k in range(len(rows)):
+        memory = move(memory, constants) if k > 0 else memory
+        motion, acceleration = read(memory, constants)
+        for i in range(6):
+            rows[k, i] = motion[i]
+        for i in range(3):
+            rows[k, 6 + i] = acceleration[i]
 
 
 class KernelReference:
@@ -26,12 +31,15 @@ class KernelReference:
 
     move: ClassVar[Any]  # kernel (memory, constants) -> memory, one period later
     read: ClassVar[Any]  # kernel (memory, constants) -> state and accelerations
-    # kernel (memory, constants, rows) that writes a whole trajectory, one row of shape (9,) for each step
-    follow: ClassVar[Any]
     constants: Any  # NamedTuple of what does not change during a run
     memory: Any  # NamedTuple of what does
     _read_from: Any = None
     _reading: tuple[Array, Array]
+
+    @property
+    def kernels(self) -> dict[str, Any]:
+        """The kernels that `follow` calls."""
+        return {"move": self.move, "read": self.read}
 
     @property
     def state(self) -> Array:
@@ -46,12 +54,9 @@ class KernelReference:
         """Advance by one period."""
         self.memory = self.move(self.memory, self.constants)
 
-    def _read(self) -> tuple[Motion, Acceleration]:
-        return self.read(self.memory, self.constants)  # type: ignore[no-any-return]
-
     def _present(self) -> tuple[Array, Array]:
         # The memory is a new tuple after every change, so its reading is computed once.
         if self._read_from is not self.memory:
-            motion, acceleration = self._read()
+            motion, acceleration = self.read(self.memory, self.constants)
             self._reading, self._read_from = (np.array(motion), np.array(acceleration)), self.memory
         return self._reading

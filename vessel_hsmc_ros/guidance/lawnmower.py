@@ -12,15 +12,18 @@ it, and stops at the end of the last.
 
 Each next leg begins abreast of the end of the last.
 
-Of a rectangle, the long sides of which are the outer legs:
+Of a rectangle, the long sides of which are the outer legs, n = ceil(w/spacing) + 1 and d = w/(n - 1). Of a polygon, each leg lies
+in the middle of a strip of it, and is as long as the polygon is in the strip: n = ceil(w/spacing) and d = w/n, so that all of the
+polygon is within d/2 of a leg. A vessel goes from a leg to the next one abreast: whichever ends first is extended, so that the
+turn is outside of the strip.
 
 | symbol | meaning | unit |
 |---|---|---|
-| l, w | length along the legs, width across them | m |
+| w | width across the legs | m |
 | n, d | number of legs, distance between two, d <= spacing | -, m |
 
-n = ceil(w/spacing) + 1 and d = w/(n - 1): the outer legs are the long sides. The survey begins at the nearest corner. A ship that
-lies elsewhere turns on the spot, goes to the beginning of the run-in of that corner, and turns to it under way.
+The survey of an area begins at the nearest end of an outer leg. A ship that lies elsewhere turns on the spot, goes to the
+beginning of the run-in there, and turns to it under way.
 """
 
 import cmath
@@ -34,24 +37,135 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.track_errors import NO_LEG
-from vessel_hsmc_ros.guidance.corners import THROUGH
-from vessel_hsmc_ros.guidance.goal_parameters import NONE
 from vessel_hsmc_ros.guidance.on_the_spot import spot_turn
-from vessel_hsmc_ros.guidance.path import DISTINCT, from_rest, rest_of
+from vessel_hsmc_ros.guidance.path import DISTINCT, Plan, from_rest, rest_of
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, leg_ends, stretch
-from vessel_hsmc_ros.guidance.polygon import ROUNDING, PolygonLegs, Strip, polygon_legs
-from vessel_hsmc_ros.guidance.polyline import Part, Planned, Ship, Waypoint, polyline
+from vessel_hsmc_ros.guidance.polyline import THROUGH, Planned, Ship, Waypoint, polyline
 from vessel_hsmc_ros.guidance.route import Element, Pieces, Route, displacement, straight, turn
 from vessel_hsmc_ros.guidance.sailing import Sailing, sail
-from vessel_hsmc_ros.guidance.shapes import SMALLEST
+from vessel_hsmc_ros.guidance.scheduled import NONE
+from vessel_hsmc_ros.guidance.shapes import SMALLEST, magnitude
 from vessel_hsmc_ros.guidance.speed_profile import CONSTANT, FREE, Section
 from vessel_hsmc_ros.guidance.timetable import Timetable, joined
 from vessel_hsmc_ros.guidance.turning import TravelLimits, Turning, check_straight, turning_at, turning_with
 from vessel_hsmc_ros.plant.dynamics import Vessel
 
-MODE = "reference_ship.lawnmower"
+ROUNDING = 1e-9  # a width that exceeds a whole number of spacings by less, relative to a spacing, does not take another leg
 
+MODE = "reference_ship.lawnmower"
 NEAR = 0.1  # distance within which a ship passes a point of a leg, relative to the distance between two legs
+BISECTIONS = 60
+
+
+class Strip(NamedTuple):
+    """A leg with the straight ways before and after it, m."""
+
+    before: float
+    leg: float
+    after: float
+
+
+class AreaLegs(NamedTuple):
+    """The legs of an area."""
+
+    strips: tuple[Strip, ...]  # in their order
+    spacing: float  # between two, m, positive to port
+    begin: complex  # where the first begins, m
+    course: float  # of the first, rad
+
+
+def polygon_legs(corners: tuple[float, ...], heading: float, spacing: float, here: complex, name: str) -> AreaLegs:
+    """The legs of a polygon, begun at that of their four ends that is nearest to a place.
+
+    Args:
+        corners: x, y of each corner, m.
+        heading: Direction of the legs, rad.
+        spacing: Largest distance between two legs, m.
+        here: The place, m.
+        name: Of the parameter, for error messages.
+
+    Raises:
+        ParameterError: there are fewer than three corners or no area, or a leg would leave the polygon.
+    """
+    if len(corners) % 2 or len(corners) < 6:
+        raise ParameterError(f"{name} must have x and y of at least 3 corners (got {len(corners)} numbers)")
+    along = cmath.exp(1j * heading)
+    local = [complex(x, y) / along for x, y in zip(corners[::2], corners[1::2], strict=True)]
+    low, high = min(p.imag for p in local), max(p.imag for p in local)
+    if not high - low > ROUNDING * abs(spacing):
+        raise ParameterError(f"{name} must have an area (got a width of {high - low:g} m across the legs)")
+    count = max(1, math.ceil((high - low) / abs(spacing) - ROUNDING))
+    d = (high - low) / count
+    spans = [_span(local, low + i * d, low + (i + 1) * d, name) for i in range(count)]
+    return _nearest(spans, low + 0.5 * d, d, along, here, (True, False))
+
+
+def _span(local: Sequence[complex], low: float, high: float, name: str) -> tuple[float, float]:
+    """From where to where a polygon is in a strip.
+
+    Raises ParameterError if the middle of the strip leaves the polygon and comes back to it.
+    """
+    sides = [*zip(local, [*local[1:], local[0]], strict=True)]
+    found = [p.real for p in local if low <= p.imag <= high]
+    middle = 0.5 * (low + high)
+    for y in (low, middle, high):
+        crossings = [
+            a.real + (y - a.imag) / (b.imag - a.imag) * (b.real - a.real) for a, b in sides if (a.imag > y) != (b.imag > y)
+        ]
+        if y == middle and len(crossings) > 2:
+            raise ParameterError(
+                f"{name} must be crossed by each leg once (got one that leaves it and comes back):"
+                " another heading, or two polygons would do"
+            )
+        found += crossings
+    return min(found), max(found)
+
+
+def rectangle_legs(rectangle: tuple[float, ...], heading: float, spacing: float, here: complex) -> AreaLegs:
+    """The legs of a rectangle, begun at the corner that is nearest to a place.
+
+    `rectangle`: x, y of the center, length and width, m. `heading`: direction of the length, rad. `spacing`: largest distance
+    between two legs, m. `here`: the place, m. Raises ParameterError if there are not four numbers, or length or width is not
+    positive.
+    """
+    if len(rectangle) != 4 or min(rectangle[2:]) <= 0.0:
+        raise ParameterError(
+            f"{MODE}.rectangle must be x, y of the center, a positive length and a positive width (got {list(rectangle)})"
+        )
+    x, y, length, width = rectangle
+    gaps = max(1, math.ceil(width / abs(spacing) - ROUNDING))
+    along = cmath.exp(1j * heading)
+    center = complex(x, y) / along
+    span = center.real - 0.5 * length, center.real + 0.5 * length
+    return _nearest([span] * (gaps + 1), center.imag - 0.5 * width, width / gaps, along, here, (False, True))
+
+
+def _nearest(
+    spans: Sequence[tuple[float, float]], first: float, d: float, along: complex, here: complex, upwards: tuple[bool, bool]
+) -> AreaLegs:
+    """The legs from that of their four ends that is nearest to a place; of equally near ones in the order of `upwards`."""
+    found = [_from_corner(spans, first, d, along, up, ahead) for up in upwards for ahead in (True, False)]
+    return min(found, key=lambda legs: abs(legs.begin - here))
+
+
+def _from_corner(
+    spans: Sequence[tuple[float, float]], first: float, d: float, along: complex, upwards: bool, ahead: bool
+) -> AreaLegs:
+    """The legs from the first or the last strip on, the first of them ahead or astern of the heading."""
+    rows = list(spans if upwards else spans[::-1])
+    y = first if upwards else first + (len(rows) - 1) * d
+    strips, before = [], 0.0
+    for i, (low, high) in enumerate(rows):
+        after, following = 0.0, 0.0
+        if i + 1 < len(rows):
+            out = ahead == (i % 2 == 0)  # along the heading
+            ends = (high, rows[i + 1][1]) if out else (-low, -rows[i + 1][0])
+            after, following = max(0.0, ends[1] - ends[0]), max(0.0, ends[0] - ends[1])
+        strips.append(Strip(before, high - low, after))
+        before = following
+    begin = complex(rows[0][0] if ahead else rows[0][1], y) * along
+    course = cmath.phase(along if ahead else -along)
+    return AreaLegs(tuple(strips), d if upwards == ahead else -d, begin, course)
 
 
 @dataclass(frozen=True)
@@ -115,7 +229,7 @@ def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, st
 
     `strips`: the legs, if they are not those of the parameters. Raises ParameterError as `plan_lawnmower`.
     """
-    _spacing(p)
+    magnitude("lawnmower.spacing", p.spacing)
     check_straight(f"{MODE}.speed", p.speed, vessel, limits)
     turning = _turning(p, vessel, limits)
     elements = [Element(straight(p.run_in), NO_LEG, turn=False)] if p.run_in else []
@@ -127,13 +241,6 @@ def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, st
             bend = u_turn((-1.0) ** leg * p.spacing, turning.radius, turning.transition)
             elements.append(Element(bend, leg, turn=True))
     return elements, [Section(e.length, turning.speed if e.turn else p.speed, CONSTANT if e.turn else FREE) for e in elements]
-
-
-def _spacing(p: LawnmowerParameters) -> float:
-    """The spacing of a survey. Raises ParameterError if it is zero."""
-    if abs(p.spacing) < SMALLEST:
-        raise ParameterError(f"{MODE}.spacing must have a magnitude of at least {SMALLEST:g} m (got {p.spacing:g} m)")
-    return p.spacing
 
 
 def _turning(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits) -> Turning:
@@ -151,9 +258,6 @@ def _tightest(speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
         return turning_at(speed, vessel, limits)
     except ParameterError as error:
         raise ParameterError(f"{MODE}.speed: {error}; a lower speed would do") from None
-
-
-BISECTIONS = 60
 
 
 def u_turn(spacing: float, radius: float, transition: float) -> Pieces:
@@ -188,76 +292,30 @@ def _root(increasing: Callable[[float], float], low: float, high: float) -> floa
     return 0.5 * (low + high)
 
 
-class Legs(NamedTuple):
-    """The legs of a rectangle."""
-
-    number: int  # number of legs
-    length: float  # of a leg, m
-    spacing: float  # between two, m, positive to port
-    begin: complex  # where the first begins, m
-    course: float  # of the first, rad
-
-
-def legs_of(rectangle: tuple[float, ...], heading: float, spacing: float, here: complex) -> Legs:
-    """The legs of a rectangle, begun at the corner that is nearest to a place.
-
-    `rectangle`: x, y of the center, length and width, m. `heading`: direction of the length, rad. `spacing`: largest distance
-    between two legs, m. `here`: the place, m. Raises ParameterError if there are not four numbers, or length or width is not
-    positive.
-    """
-    if len(rectangle) != 4 or min(rectangle[2:]) <= 0.0:
-        raise ParameterError(
-            f"{MODE}.rectangle must be x, y of the center, a positive length and a positive width (got {list(rectangle)})"
-        )
-    x, y, length, width = rectangle
-    gaps = max(1, math.ceil(width / abs(spacing) - ROUNDING))
-    along = cmath.exp(1j * heading)
-    corners = [
-        Legs(
-            gaps + 1,
-            length,
-            -end * side * width / gaps,
-            complex(x, y) - along * 0.5 * complex(end * length, -side * width),
-            heading if end > 0 else heading + math.pi,
-        )
-        for end in (1, -1)
-        for side in (1, -1)
-    ]
-    return min(corners, key=lambda legs: abs(legs.begin - here))
-
-
-class Survey(NamedTuple):
-    """A survey as a motion over time, and its geometry."""
-
-    table: Timetable
-    track: PlannedTrack
-
-
 @lru_cache(maxsize=4)
-def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Survey:
+def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Plan:
     """The survey of parameters, of a rectangle or of legs from the start on.
 
     `start`: position x, y [m] and heading at the beginning; the course of the first leg where there is no rectangle. Raises
-    ParameterError as `legs_of` and `plan_lawnmower`, or the run-in is too short for the turn to it.
+    ParameterError as `rectangle_legs` and `plan_lawnmower`, or the run-in is too short for the turn to it.
     """
     here, ship = complex(start[0], start[1]), Ship(vessel, limits, 0.0, MODE)
+    magnitude("lawnmower.spacing", p.spacing)
     if any(p.polygon):
         if any(p.rectangle):
             raise ParameterError(f"{MODE}.rectangle must be left out with a polygon (got {list(p.rectangle)})")
-        return _of_area(p, polygon_legs(p.polygon, p.heading, _spacing(p), here, f"{MODE}.polygon"), ship, start)
+        return _of_area(p, polygon_legs(p.polygon, p.heading, p.spacing, here, f"{MODE}.polygon"), ship, start)
     if any(p.rectangle):
-        legs = legs_of(p.rectangle, p.heading, p.spacing, here)
-        strips = (Strip(0.0, legs.length, 0.0),) * legs.number
-        return _of_area(p, PolygonLegs(strips, legs.spacing, legs.begin, legs.course), ship, start)
+        return _of_area(p, rectangle_legs(p.rectangle, p.heading, p.spacing, here), ship, start)
     planned = plan_lawnmower(p, vessel, limits, start)
     return _survey(p, [planned.table], stretch(planned.route, planned.profile, 0.0))
 
 
-def _survey(p: LawnmowerParameters, tables: list[Timetable], one: Stretch) -> Survey:
-    return Survey(joined(tables), PlannedTrack((one,), leg_ends(one.route), NEAR * abs(p.spacing)))
+def _survey(p: LawnmowerParameters, tables: list[Timetable], one: Stretch) -> Plan:
+    return Plan(joined(tables), PlannedTrack((one,), leg_ends(one.route), NEAR * abs(p.spacing)))
 
 
-def _of_area(p: LawnmowerParameters, legs: PolygonLegs, ship: Ship, start: tuple[float, float, float]) -> Survey:
+def _of_area(p: LawnmowerParameters, legs: AreaLegs, ship: Ship, start: tuple[float, float, float]) -> Plan:
     if p.run_in <= 0.0:
         raise ParameterError(
             f"{MODE}.run_in must be above 0 m with a rectangle or a polygon (got 0 m): the vessel turns to its first leg there"
@@ -270,7 +328,7 @@ def _of_area(p: LawnmowerParameters, legs: PolygonLegs, ship: Ship, start: tuple
     turned = spot_turn(start, points[0].position, ship.vessel, ship.limits)
     motion = rest_of(turned) if turned else Motion(*start, 0.0, 0.0, 0.0)
     here = complex(motion.x, motion.y)
-    before, slower = polyline(here, Part(tuple(points)), ship)
+    before, slower = polyline(here, tuple(points), ship)
     route = [one._replace(leg=NO_LEG) for one in before] + elements
     piece = from_rest((route, slower + sections), cmath.phase(points[0].position - here), motion, ship, turned)
     delay, sailing = float(turned.times[-1]) if turned else 0.0, piece.sailing

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.guidance.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.guidance.speed_profile import FREE, RISE, Phase, Section, SpeedProfile, phases
-from vessel_hsmc_ros.guidance.timetable import Timetable, blended
+from vessel_hsmc_ros.guidance.timetable import Timetable, blended, world_rows
 from vessel_hsmc_ros.guidance.turning import LARGEST_SHARE, SLOWER, SLOWEST, TravelLimits
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 
@@ -100,8 +100,7 @@ def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limi
 
 
 def _instants(profile: SpeedProfile, vessel: Vessel, drifts: bool) -> Array:
-    spans = np.diff(profile.times)
-    corners = np.unique(np.concatenate((profile.times, profile.times[:-1] + RISE * spans, profile.times[1:] - RISE * spans)))
+    corners = profile.corners
     parts = [np.linspace(begin, end, STEPS, endpoint=False) for begin, end in pairwise(corners)]
     decay = DECAY * vessel.m22 / vessel.d_v if drifts else 0.0
     if drifts:
@@ -120,10 +119,7 @@ def _integrated(start: complex, v0: float, given: _Given, vessel: Vessel) -> tup
     # At rest at the end, but for what is left of a decay.
     v[-1] = 0.0
     dv = np.array([unforced_sway(*row, vessel) for row in zip(u, v, r, dr, strict=True)])
-    along = np.exp(1j * psi)
-    velocity, change = (u + 1j * v) * along, (du - r * v + 1j * (dv + r * u)) * along
-    rows = (p.real, p.imag, psi, velocity.real, velocity.imag, r, change.real, change.imag, dr)
-    return Timetable(times, np.column_stack(rows)), v, dv
+    return Timetable(times, world_rows((p.real, p.imag, psi, u, v, r), (du, dv, dr))), v, dv
 
 
 def _advanced(v: float, p: complex, given: _Given, i: int, vessel: Vessel) -> tuple[float, complex]:

@@ -1,33 +1,45 @@
 """Paths: waypoints joined by legs and corners that the hull can sail, from the present motion to rest at the last waypoint.
 
 A stop divides a path into parts that begin at rest, with a turn on the spot towards the next waypoint. Each part is a route: its
-legs, and corners with the smallest radius at the speed of the legs, or slower where the legs are too short for that.
+legs, and corners with the smallest radius at the speed of the legs, or slower where the legs are too short for that. The
+reference is a timetable from the present motion on, planned anew with each path.
 """
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.guidance.bends import wide_corners
-from vessel_hsmc_ros.guidance.corners import STOP, join
+from vessel_hsmc_ros.guidance.dense_paths import Scale, ahead, thinned, wide_corners
 from vessel_hsmc_ros.guidance.on_the_spot import halt, spot_turn
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, stretch
-from vessel_hsmc_ros.guidance.polyline import Part, Planned, Ship, Waypoint, begun, fitted_turning, polyline
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, replaced, stretch, stretches_of
+from vessel_hsmc_ros.guidance.polyline import STOP, THROUGH, Part, Planned, Ship, Waypoint, begun, fitted_turning, join, polyline
 from vessel_hsmc_ros.guidance.route import Element, Route, straight
 from vessel_hsmc_ros.guidance.sailing import Sailing, sail
+from vessel_hsmc_ros.guidance.scheduled import Point
 from vessel_hsmc_ros.guidance.speed_profile import FREE, Section, changes_of
-from vessel_hsmc_ros.guidance.thinning import Scale, ahead, thinned
-from vessel_hsmc_ros.guidance.timetable import Timetable, blended, joined
+from vessel_hsmc_ros.guidance.timetable import (
+    Timetable,
+    TimetableConstants,
+    TimetableMemory,
+    TimetableReference,
+    at_rest,
+    blended,
+    joined,
+    motion_at,
+    world_rows,
+)
 from vessel_hsmc_ros.guidance.turning import TravelLimits, check_straight, largest_acceleration
 
 Array = NDArray[np.float64]
+
 
 SLOW = 0.5  # share of the required speed below which the mean speed of a path is named
 DISTINCT = 2e-3  # waypoints nearer to each other than this are one, relative to the radius of gyration of the hull
@@ -85,7 +97,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     parts = _parts(points if points or slow else waypoints[-1:])
     pieces: list[PathPiece] = []
     required = _required_time(complex(motion.x, motion.y), points, ship.limits.acceleration)
-    row, resting = world_row(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
+    row, resting = world_rows(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
     if not resting:
         pieces += _under_way(parts, motion, acceleration, fastest, ship)
     elif waypoints and _is_here(waypoints[0], motion, ship):
@@ -94,20 +106,20 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
         pieces += _from_stop(given, rest_of(pieces[-1].table) if pieces else motion, ship)
     if pieces and resting:
         pieces[0] = _settling(pieces[0], row, ship.limits)
-    track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints), NEAR * _gyration(ship))
-    still = Timetable(np.zeros(1), np.array([[*motion[:3], *[0.0] * 6]]))
-    table = joined([piece.table for piece in pieces]) if pieces else still
+    track = PlannedTrack(_stretches(pieces), tuple(point.position for point in waypoints), NEAR * ship.gyration)
+    table = joined([piece.table for piece in pieces]) if pieces else at_rest(motion, 0.0)
     return Plan(table, track, _slow(required, sum(float(piece.table.times[-1]) for piece in pieces if piece.sailing)))
 
 
 def _from_stop(given: Part, motion: Motion, ship: Ship) -> list[PathPiece]:
     """A part from rest to rest: the turn on the spot towards it, its legs, and what the vessel does at its end."""
     part = _wide(complex(motion.x, motion.y), given, ship)
-    turned = spot_turn((motion.x, motion.y, motion.psi), part.points[0].position, ship.vessel, ship.limits)
+    turned = spot_turn((motion.x, motion.y, motion.psi), part[0].position, ship.vessel, ship.limits)
     before = rest_of(turned) if turned is not None else motion
-    legs = _from_rest(part, before, ship, turned)
+    start = complex(before.x, before.y)
+    legs = from_rest(polyline(start, part, ship), cmath.phase(part[0].position - start), before, ship, turned)
     found = [PathPiece(turned), legs] if turned is not None else [legs]
-    return found + _rest(given.points[-1], rest_of(legs.table), ship)
+    return found + _rest(given[-1], rest_of(legs.table), ship)
 
 
 def _rest(point: Waypoint, motion: Motion, ship: Ship) -> list[PathPiece]:
@@ -121,13 +133,12 @@ def _rest(point: Waypoint, motion: Motion, ship: Ship) -> list[PathPiece]:
             motion = rest_of(turned)
     if point.hold:
         settled = min(point.hold, ship.limits.yaw_rate / ship.limits.yaw_acceleration)
-        times = np.unique([0.0, settled, point.hold])
-        pieces.append(PathPiece(Timetable(times, np.array([[*motion[:3], *[0.0] * 6]] * len(times)))))
+        pieces.append(PathPiece(at_rest(motion, *np.unique([0.0, settled, point.hold]))))
     return pieces
 
 
 def _is_here(point: Waypoint, motion: Motion, ship: Ship) -> bool:
-    return abs(point.position - complex(motion.x, motion.y)) <= DISTINCT * _gyration(ship)
+    return abs(point.position - complex(motion.x, motion.y)) <= DISTINCT * ship.gyration
 
 
 def _required_time(start: complex, points: Sequence[Waypoint], acceleration: float) -> float:
@@ -169,7 +180,7 @@ def _stretches(pieces: Sequence[PathPiece]) -> tuple[Stretch, ...]:
 
 def _needed(waypoints: Sequence[Waypoint], motion: Motion, slow: bool, fastest: float, ship: Ship) -> list[Waypoint]:
     """The waypoints that a ship, at rest or under way, has to go to."""
-    gyration, here = _gyration(ship), complex(motion.x, motion.y)
+    gyration, here = ship.gyration, complex(motion.x, motion.y)
     course, turn = motion.psi, 0.0
     if not slow:
         course, turn = motion.psi + math.atan2(motion.v, motion.u), TURN_WAY * fastest / ship.limits.yaw_rate
@@ -179,13 +190,8 @@ def _needed(waypoints: Sequence[Waypoint], motion: Motion, slow: bool, fastest: 
     return thinned(here, left, TOLERANCE * gyration)
 
 
-def _gyration(ship: Ship) -> float:
-    """The radius of gyration of the hull, m."""
-    return math.sqrt(ship.vessel.m33 / ship.vessel.m22)
-
-
 def _wide(start: complex, part: Part, ship: Ship) -> Part:
-    return wide_corners(start, part, ship, TOLERANCE * _gyration(ship))
+    return wide_corners(start, part, ship, TOLERANCE * ship.gyration)
 
 
 def _distinct(here: complex, waypoints: Sequence[Waypoint], least: float) -> list[Waypoint]:
@@ -207,7 +213,7 @@ def _parts(points: Sequence[Waypoint]) -> list[Part]:
     parts, begin = [], 0
     for i, point in enumerate(points, 1):
         if point.corner == STOP or i == len(points):
-            parts.append(Part(tuple(points[begin:i])))
+            parts.append(tuple(points[begin:i]))
             begin = i
     return parts
 
@@ -216,12 +222,6 @@ def rest_of(table: Timetable) -> Motion:
     """The state at rest at the end of a table."""
     x, y, psi = map(float, table.rows[-1, :3])
     return Motion(x, y, psi, 0.0, 0.0, 0.0)
-
-
-def _from_rest(part: Part, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
-    start = complex(motion.x, motion.y)
-    course = cmath.phase(part.points[0].position - start)
-    return from_rest(polyline(start, part, ship), course, motion, ship, turned)
 
 
 def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
@@ -238,7 +238,7 @@ def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: 
     route = Route(elements, (motion.x, motion.y, course))
     sailing = sail(ship.owner, route, sections, ship.vessel, ship.limits)
     # The heading at rest differs from the course of the leg by rounding, or by what is left of a drift angle.
-    row = np.array([*motion[:3], *[0.0] * 6])
+    row = at_rest(motion, 0.0).rows[0]
     return PathPiece(blended(sailing.table, row, float(sailing.table.times[-1]) / len(elements)), sailing)
 
 
@@ -247,8 +247,7 @@ def _set_off(elements: list[Element], sections: list[Section], duration: float, 
 
     `duration`: how long the beginning takes, s.
     """
-    radius = math.sqrt(ship.vessel.m33 / ship.vessel.m22)
-    length, speed = elements[0].length, SET_OFF * radius * math.sqrt(ship.limits.yaw_acceleration)
+    length, speed = elements[0].length, SET_OFF * ship.gyration * math.sqrt(ship.limits.yaw_acceleration)
     way = min(speed * duration, SET_OFF_SHARE * length)
     if elements[0].turn or speed >= sections[0].speed:
         return elements, sections
@@ -264,22 +263,22 @@ def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fa
             piece = _joining(parts[0], motion, acceleration, share * fastest, ship)
         except ParameterError:
             continue
-        return [piece, *_rest(parts.pop(0).points[-1], rest_of(piece.table), ship)]
-    return [PathPiece(halt(motion, world_row(motion, acceleration), ship.vessel, ship.limits))]
+        return [piece, *_rest(parts.pop(0)[-1], rest_of(piece.table), ship)]
+    return [PathPiece(halt(motion, world_rows(motion, acceleration), ship.vessel, ship.limits))]
 
 
 def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: float, ship: Ship) -> PathPiece:
     """From a motion: its curvature decays, the speed becomes one to turn with, and the ship turns to the first waypoint."""
-    row = world_row(motion, acceleration)
+    row = world_rows(motion, acceleration)
     velocity, change = complex(row[3], row[4]), complex(row[6], row[7])
     W, start = abs(velocity), complex(motion.x, motion.y)
     beta = wrap(cmath.phase(velocity) - motion.psi)
     course = motion.psi + beta
     turning = fitted_turning(speed, ship)
-    fastest = max(W, *(point.speed for point in part.points))
+    fastest = max(W, *(point.speed for point in part))
     run = changes_of(largest_acceleration(fastest, ship.vessel, ship.limits), fastest).way(W, turning.speed)
     kappa = (velocity.conjugate() * change).imag / W**3
-    target = (part.points[0].position - start) * cmath.exp(-1j * course)
+    target = (part[0].position - start) * cmath.exp(-1j * course)
     # In the time of a transition, also where the ship is slow.
     decay = turning.transition * min(1.0, W / turning.speed)
     before, bend = join(target, kappa, decay, turning.radius, turning.transition, run)
@@ -295,10 +294,87 @@ def _joining(part: Part, motion: Motion, acceleration: Acceleration, speed: floa
     return PathPiece(blended(sailing.table, row, decays), sailing)
 
 
-def world_row(motion: Motion, acceleration: Acceleration) -> Array:
-    """The row of a table: pose, its first and its second derivative, of a state and the derivatives of its velocities."""
-    x, y, psi, u, v, r = motion
-    du, dv, dr = acceleration
-    along = cmath.exp(1j * psi)
-    velocity, change = complex(u, v) * along, complex(du - r * v, dv + r * u) * along
-    return np.array([x, y, psi, velocity.real, velocity.imag, r, change.real, change.imag, dr])
+class PathReference(TimetableReference):
+    """A motion along waypoints to rest at the last one; before the first path it keeps its initial position.
+
+    `start`: initial state; a ship that is under way at the start comes to rest ahead. `speed`: largest speed on legs without
+    one of their own, m/s. `scheduled`: time, s, and waypoints of a path that is set without a message; None for none. `period`:
+    length of a step, s.
+
+    Attributes:
+        slow: A remark where the path is much slower than its legs were to be; empty where it is not.
+
+    Raises:
+        ParameterError: the scheduled path cannot be sailed.
+    """
+
+    def __init__(
+        self, start: Motion, ship: Ship, speed: float, scheduled: tuple[float, Sequence[Waypoint]] | None, period: float
+    ) -> None:
+        self._ship, self._speed = ship, speed
+        due = (round(scheduled[0] / period) * period, tuple(scheduled[1])) if scheduled else None
+        self._planned = _scheduled(start, ship, speed, due)
+        super().__init__(self._planned.table, self._planned.track, period)
+        self.slow = self._planned.slow
+
+    def reset(self) -> None:
+        """Return to the start: a path that was set is discarded, the scheduled path begins again."""
+        self.constants, self.track = TimetableConstants(self._planned.table, self.constants.period), self._planned.track
+        self.slow = self._planned.slow
+        super().reset()
+
+    def set_path(self, points: Sequence[Point | Waypoint]) -> None:
+        """Set a new path; its first leg begins with the present motion of the reference.
+
+        `points`: waypoints, or their x, y, m. Raises GoalError if there are no waypoints, or the ship cannot sail along them.
+        """
+        self.take(self.planner(points, self.steps)())
+
+    @property
+    def steps(self) -> int:
+        """Number of the present step; the last whole one, where the clock waits for the vessel."""
+        return int(self.memory.steps)
+
+    def planner(self, points: Sequence[Point | Waypoint], steps: int) -> Callable[[], Plan]:
+        """What plans a path that begins at a present or coming step, with the motion then; it may run in another thread.
+
+        `points`: waypoints, or their x, y, m. `steps`: number of the step. Raises GoalError if there are no waypoints; also by
+        what it returns, if the ship cannot sail along them.
+        """
+        if not points:
+            raise GoalError("a path must have at least one waypoint (got 0)")
+        waypoints = [p if isinstance(p, Waypoint) else Waypoint(complex(*p), THROUGH, self._speed) for p in points]
+        table, begin = self.constants.table, steps * self.constants.period
+
+        def plan() -> Plan:
+            try:
+                return _extended(table, begin, waypoints, self._ship, self._speed)
+            except ParameterError as error:
+                raise GoalError(str(error)) from None
+
+        return plan
+
+    def take(self, plan: Plan) -> None:
+        """Follow a plan that begins at the present step."""
+        # A new memory, so that the motion is read anew.
+        self.constants, self.memory = TimetableConstants(plan.table, self.constants.period), TimetableMemory(self.memory.steps)
+        self.track, self.slow = replaced(self.track, self.steps * self.constants.period, plan.track), plan.slow
+
+
+@lru_cache(maxsize=4)
+def _scheduled(start: Motion, ship: Ship, speed: float, due: tuple[float, tuple[Waypoint, ...]] | None) -> Plan:
+    """The plan at the start; a scenario is planned when it is checked, when it runs and when it is evaluated."""
+    plan = plan_path([], start, Acceleration(0.0, 0.0, 0.0), ship, speed)
+    if due is None:
+        return plan
+    after = _extended(plan.table, *due, ship, speed)
+    before = plan.table.times < due[0]
+    table = Timetable(*(np.concatenate((a[before], b)) for a, b in zip(plan.table, after.table, strict=True)))
+    return Plan(table, replaced(plan.track, due[0], after.track), after.slow)
+
+
+def _extended(table: Timetable, now: float, waypoints: Sequence[Waypoint], ship: Ship, speed: float) -> Plan:
+    """A path that begins at a time with the motion of a table then."""
+    plan = plan_path(waypoints, *motion_at(now, table), ship, speed)
+    table = plan.table._replace(times=plan.table.times + now)
+    return Plan(table, plan.track._replace(stretches=stretches_of(plan.track.stretches, now)), plan.slow)

@@ -12,11 +12,13 @@ along-track error s - s_p. The motion of the reference has no part in it.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.fence import Fence, leaving
 from vessel_hsmc_ros.core.track_errors import NO_LEG, TrackErrors
 from vessel_hsmc_ros.guidance.route import Element, Route
 from vessel_hsmc_ros.guidance.speed_profile import SpeedProfile
@@ -30,6 +32,8 @@ STEPS, LEAST_SLOPE = 12, 0.25
 FINE = 0.1
 """Largest distance between two positions with which a leg is compared, relative to that within which it counts as passed."""
 
+FENCE_POINTS = 1000  # of a stretch between two stops that are compared with a fence
+
 FARTHEST = 0.5  # how far from s_p the nearest point is sought, in terms of the smallest radius of curvature
 
 
@@ -40,6 +44,10 @@ class Stretch(NamedTuple):
     profile: SpeedProfile
     begin: float
     end: float
+
+    def sailed(self, time: float) -> float:
+        """The way along it until a time, s, or its end, m."""
+        return float(self.profile.at(np.array([min(self.end, time) - self.begin]))[0][0]) if time > self.begin else 0.0
 
 
 class PlannedTrack(NamedTuple):
@@ -64,8 +72,7 @@ def replaced(track: PlannedTrack, now: float, new: PlannedTrack) -> PlannedTrack
 
 def leg_ends(route: Route) -> tuple[complex, ...]:
     """Where the legs of a route begin and end, m."""
-    ends = np.concatenate(([0.0], np.cumsum([element.length for element in route.elements])))
-    points = route.position(ends)
+    points = route.position(route.element_ends)
     return tuple(complex(points[i + k]) for i, element in enumerate(route.elements) if _is_leg(element) for k in (0, 1))
 
 
@@ -89,7 +96,7 @@ def clock(track: PlannedTrack, time: Array, reference: Array) -> Array:
     way, before = np.cumsum(np.nan_to_num(steps)), 0.0
     found = np.zeros(len(time))
     for one in track.stretches:
-        length = float(one.profile.at(np.array([one.end - one.begin]))[0][0])
+        length = one.sailed(one.end)
         at = way >= before
         found[at] = one.begin + one.profile.time_at(np.clip(way[at] - before, 0.0, length))
         before += length
@@ -123,11 +130,9 @@ def passed(track: PlannedTrack, time: float, position: Array) -> dict[int, tuple
     p = p[:: max(1, int(FINE * track.near / longest))] if longest else p[:1]
     found: dict[int, tuple[float, float]] = {}
     for one in track.stretches:
-        end = 0.0
-        sailed = float(one.profile.at(np.array([min(one.end, time) - one.begin]))[0][0]) if time > one.begin else 0.0
-        for element in one.route.elements:
-            begin, end = end, end + element.length
-            length = min(end, sailed) - begin
+        sailed = one.sailed(time)
+        for element, (begin, end) in zip(one.route.elements, pairwise(one.route.element_ends), strict=True):
+            length = float(min(end, sailed) - begin)
             if _is_leg(element) and length > 0.0:
                 near, whole = found.get(element.leg, (0.0, 0.0))
                 d = _offset(one.route, np.array(begin), p)
@@ -156,13 +161,11 @@ def outline(track: PlannedTrack, points: int) -> list[ComplexArray]:
         track: The plan.
         points: Number of positions of a stretch.
     """
-    lengths = [float(one.profile.at(np.array([one.end - one.begin]))[0][0]) for one in track.stretches]
-    return [one.route.position(np.linspace(0.0, length, points)) for one, length in zip(track.stretches, lengths, strict=True)]
+    return [one.route.position(np.linspace(0.0, one.sailed(one.end), points)) for one in track.stretches]
 
 
 def _errors(route: Route, planned: Array, p: ComplexArray) -> TrackErrors:
-    ends = np.cumsum([element.length for element in route.elements])
-    index = np.minimum(np.searchsorted(ends, planned, side="right"), len(ends) - 1)
+    index = route.index_at(planned)
     turn = np.array([element.turn for element in route.elements])[index]
     leg = np.array([element.leg for element in route.elements], np.int64)[index]
     cross, along = np.empty(len(p)), np.empty(len(p))
@@ -180,7 +183,7 @@ def _offset(route: Route, s: Array, p: ComplexArray) -> ComplexArray:
 
 
 def _nearest(route: Route, planned: Array, p: ComplexArray) -> Array:
-    sharpest = max(max(abs(piece.begin), abs(piece.end)) for element in route.elements for piece in element.pieces)
+    sharpest = max(element.sharpest for element in route.elements)
     reach = FARTHEST / sharpest if sharpest else route.length
     s = planned
     for _ in range(STEPS):
@@ -193,3 +196,13 @@ def _nearest(route: Route, planned: Array, p: ComplexArray) -> Array:
 def stretches_of(parts: Sequence[Stretch], delay: float) -> tuple[Stretch, ...]:
     """Stretches that begin later by a delay, s."""
     return tuple(one._replace(begin=one.begin + delay, end=one.end + delay) for one in parts)
+
+
+def track_leaving(fence: Fence, track: PlannedTrack) -> str:
+    """As `leaving`, of a planned way with its turns; a turn counts to the leg before it."""
+    for one in track.stretches:
+        s = np.linspace(0.0, one.route.length, FENCE_POINTS)
+        legs = np.maximum.accumulate(np.array([element.leg for element in one.route.elements])[one.route.index_at(s[1:])]) + 1
+        if found := leaving(fence, one.route.position(s), legs.tolist()):
+            return found
+    return ""

@@ -1,20 +1,36 @@
-"""Legs and corners of a path without a stop: each corner as fast as its legs leave room for."""
+"""Legs and corners of a path without a stop: each corner as fast as its legs leave room for.
+
+Through a corner of the angle theta, the turn begins and ends at the same distance from the waypoint. Over the waypoint, the ship
+turns only when it has passed it, by theta + eps, and back by eps, so that it is on the next leg again. A corner sharper than
+SHARPEST cannot be cut through and is sailed over its waypoint.
+
+Under way, a path begins with the present course and curvature: the curvature decays, and one turn points at the first waypoint.
+"""
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.guidance.corners import Corner, corner_of
-from vessel_hsmc_ros.guidance.route import Element, Pieces, straight
+from vessel_hsmc_ros.guidance.route import Element, Piece, Pieces, displacement, straight, turn
 from vessel_hsmc_ros.guidance.speed_profile import CONSTANT, FREE, Section
 from vessel_hsmc_ros.guidance.turning import TravelLimits, Turning, turning_at, turning_with
 from vessel_hsmc_ros.plant.dynamics import Vessel
+
+SHARPEST = math.radians(120.0)
+
+LEAST_ANGLE = 1e-9  # a corner with less is none, rad
+LARGEST_EPS = 0.8 * math.pi
+
+BISECTIONS, SCANNED = 50, 96  # bisections of an angle, and angles that are tried in a full turn to one side
+THROUGH, OVER, STOP = "through", "over", "stop"
 
 RUN_UP = 0.25
 """Share of a leg from or to rest that corners leave free, for the change of speed. A corner that takes nearly all of a leg from
@@ -25,6 +41,91 @@ SMALLER, RADII = 0.8, 12
 """Ratio of the radii of which the first that fits is named where a corner has no room, and their number."""
 
 SHORTEST = 1e-9  # a leg between two corners that is shorter than this share of it is left out
+Planned = tuple[list[Element], list[Section]]
+
+
+class Corner(NamedTuple):
+    """A corner: its pieces, and how far before and after the waypoint it begins and ends, m."""
+
+    pieces: Pieces
+    before: float
+    after: float
+
+
+def corner_of(kind: str, angle: float, radius: float, transition: float) -> Corner:
+    """The corner at a waypoint.
+
+    `kind`: THROUGH or OVER. `angle`: change of the course, rad, in (-pi, pi]. `radius`: smallest radius, m. `transition`:
+    length of its transitions, m.
+    """
+    if abs(angle) < LEAST_ANGLE:
+        return Corner((), 0.0, 0.0)
+    if kind == THROUGH and abs(angle) <= SHARPEST:
+        pieces = turn(angle, radius, transition)
+        # By symmetry the chord has half the angle.
+        reach = 0.5 * abs(displacement(pieces)) / math.cos(0.5 * angle)
+        return Corner(pieces, reach, reach)
+    return _over(angle, radius, transition)
+
+
+def _over(angle: float, radius: float, transition: float) -> Corner:
+    side, size = math.copysign(1.0, angle), abs(angle)
+
+    def pieces(eps: float, to: float = 1.0) -> Pieces:
+        return (*turn(to * (size + eps), radius, transition), *turn(-to * eps, radius, transition))
+
+    def end(eps: float) -> complex:
+        """Where it ends, in the frame of the next leg."""
+        return displacement(pieces(eps)) * cmath.exp(-1j * size)
+
+    low, high = 0.0, LARGEST_EPS
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        # On the outer side of the next leg at first, and the nearer the farther the ship turns.
+        low, high = (middle, high) if end(middle).imag < 0.0 else (low, middle)
+    return Corner(pieces(high, side), 0.0, end(high).real)
+
+
+def join(target: complex, curvature: float, decay: float, radius: float, transition: float, run: float) -> tuple[Pieces, Pieces]:
+    """The shortest turn from the present course, along which the position is 0 and the course 0, to a point.
+
+    Args:
+        target: The point, m.
+        curvature: Present curvature, 1/m.
+        decay: Length in which it decays, m.
+        radius: Smallest radius of the turn, m.
+        transition: Length of its transitions, m.
+        run: Way between the two, m.
+
+    Returns:
+        The decay of the curvature with the way after it, and the turn; without a way to the point, the turn leads past it.
+    """
+    first = tuple(piece for piece in (Piece(decay, curvature, 0.0), Piece(run, 0.0, 0.0)) if piece.length > 0.0)
+
+    def left(angle: float) -> complex:
+        """The way from the end of the turn to the point, in the frame of the course there."""
+        pieces = (*first, *turn(angle, radius, transition))
+        course = sum(0.5 * piece.length * (piece.begin + piece.end) for piece in pieces)
+        return (target - displacement(pieces)) * cmath.exp(-1j * course)
+
+    found = []
+    for side in (1.0, -1.0):
+        angles = side * np.linspace(0.0, 2.0 * math.pi, SCANNED + 1)
+        ways = [left(float(angle)) for angle in angles]
+        for i in range(SCANNED):
+            before, after = ways[i], ways[i + 1]
+            if before.imag * after.imag <= 0.0 and before.real > 0.0 and after.real > 0.0:
+                angle = _zero(left, float(angles[i]), float(angles[i + 1]), before.imag > 0.0)
+                found.append((abs(angle) * radius + left(angle).real, angle))
+    angle = min(found)[1] if found else wrap(cmath.phase(left(0.0)))
+    return first, turn(angle if abs(angle) > LEAST_ANGLE else 0.0, radius, transition)
+
+
+def _zero(left: Callable[[float], complex], low: float, high: float, positive: bool) -> float:
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if (left(middle).imag > 0.0) == positive else (low, middle)
+    return 0.5 * (low + high)
 
 
 class Waypoint(NamedTuple):
@@ -40,10 +141,7 @@ class Waypoint(NamedTuple):
     heading: float | None = None  # at rest there, rad; None for any
 
 
-class Part(NamedTuple):
-    """Waypoints up to a stop."""
-
-    points: tuple[Waypoint, ...]
+Part = tuple[Waypoint, ...]  # up to a stop
 
 
 class Ship(NamedTuple):
@@ -54,8 +152,10 @@ class Ship(NamedTuple):
     radius: float  # of all corners, m; 0 for the smallest
     owner: str  # name of the mode, for error messages
 
-
-Planned = tuple[list[Element], list[Section]]
+    @property
+    def gyration(self) -> float:
+        """The radius of gyration of the hull, m."""
+        return math.sqrt(self.vessel.m33 / self.vessel.m22)
 
 
 def fitted_turning(speed: float, ship: Ship) -> Turning:
@@ -90,20 +190,19 @@ def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Plann
     return elements, sections
 
 
-def polyline(start: complex, part: Part, ship: Ship, under_way: bool = False) -> Planned:
+def polyline(start: complex, points: Part, ship: Ship, under_way: bool = False) -> Planned:
     """The legs and corners to the last waypoint.
 
     `start`: where the first leg begins, m. `under_way`: whether it does not begin at rest. Raises ParameterError if a corner
     cannot be sailed between its legs; the message contains which, and what would do.
     """
-    points = part.points
     ways = [b - a for a, b in zip((start, *(p.position for p in points)), (p.position for p in points), strict=False)]
     lengths = [abs(way) for way in ways]
     free = list(lengths)
     free[-1] *= 1.0 - RUN_UP
     if not under_way:
         free[0] *= 1.0 - RUN_UP if len(free) > 1 else 1.0
-    corners = _corners(part, ways, free, ship)
+    corners = _corners(points, ways, free, ship)
     elements, sections = [], []
     for i, (length, point) in enumerate(zip(lengths, points, strict=True)):
         left = length - (corners[i - 1][0].after if i else 0.0) - (corners[i][0].before if i < len(corners) else 0.0)
@@ -134,9 +233,9 @@ class _Bend(NamedTuple):
         return corner_of(self.kind, self.angle, turning.radius, turning.transition), turning.speed
 
 
-def _corners(part: Part, ways: Sequence[complex], free: Sequence[float], ship: Ship) -> list[tuple[Corner, float]]:
+def _corners(points: Part, ways: Sequence[complex], free: Sequence[float], ship: Ship) -> list[tuple[Corner, float]]:
     """The corners with their speeds."""
-    points, bends = part.points, []
+    bends = []
     for i, (before, after) in enumerate(pairwise(ways)):
         angle = wrap(cmath.phase(after) - cmath.phase(before))
         speed = min(points[i].speed, points[i + 1].speed)

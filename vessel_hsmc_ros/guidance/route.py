@@ -50,6 +50,11 @@ class Element(NamedTuple):
         """Its arc length, m."""
         return sum(piece.length for piece in self.pieces)
 
+    @property
+    def sharpest(self) -> float:
+        """Its largest curvature, 1/m."""
+        return max(max(abs(piece.begin), abs(piece.end)) for piece in self.pieces)
+
 
 def straight(length: float) -> Pieces:
     """A straight part."""
@@ -84,16 +89,17 @@ class Route:
         self._l, self._k0, self._k1 = np.array(pieces, np.float64).reshape(-1, 3).T
         self.ends: Array = np.concatenate(([0.0], np.cumsum(self._l)))
         """Arc lengths at which the pieces begin, and at which the last ends, shape (n + 1,), m."""
+        self.element_ends: Array = np.concatenate(([0.0], np.cumsum([element.length for element in self.elements])))
+        """The same of the elements."""
         x, y, course = map(float, start)
         self._chi: Array = course + np.concatenate(([0.0], np.cumsum(0.5 * self._l * (self._k0 + self._k1))))
         index = np.arange(len(pieces))
         self._p: ComplexArray = complex(x, y) + np.concatenate(([0j], np.cumsum(self._moved(index, self._l))))
         self.length = float(self.ends[-1])
 
-    def index_at(self, s: float) -> int:
+    def index_at(self, s: ArrayLike) -> NDArray[np.int64]:
         """The number of the leg or turn at an arc length, m, in `elements`."""
-        ends = np.cumsum([element.length for element in self.elements])
-        return min(int(np.searchsorted(ends, s, side="right")), len(ends) - 1)
+        return np.minimum(np.searchsorted(self.element_ends[1:], s, side="right"), len(self.elements) - 1)
 
     def course(self, s: ArrayLike) -> Array:
         """The course chi, rad, not wrapped."""

@@ -60,7 +60,7 @@ def sail(
         if not found:
             return sailing._replace(table=_rested(sailing.table, vessel, limits))
         # A drift that has not decayed takes yaw acceleration where the speed changes, and where turns follow each other.
-        worst = route.index_at(found[0].s)
+        worst = int(route.index_at(found[0].s))
         near = [i for i in range(max(0, worst - 1), min(worst + 2, len(slower))) if slower[i].share and _changes(sailing, i)]
         if near:
             for i in near:
@@ -78,18 +78,16 @@ def _freed(route: Route, sections: Sequence[Section], limits: TravelLimits, acce
     """The sections, of which turns change their speed with a share of the yaw acceleration or of the acceleration."""
     freed, largest = [], limits.yaw_acceleration
     for element, section in zip(route.elements, sections, strict=True):
-        sharpest = max(max(abs(piece.begin), abs(piece.end)) for piece in element.pieces)
-        share = TURN_SHARE * largest / max(sharpest * acceleration, largest) if element.turn else section.share
+        share = TURN_SHARE * largest / max(element.sharpest * acceleration, largest) if element.turn else section.share
         freed.append(section._replace(share=share))
     return freed
 
 
 def _changes(sailing: Sailing, i: int) -> bool:
     """Whether the speed changes in an element that is a turn."""
-    elements, travel = sailing.route.elements, sailing.motion.travel
-    begin = sum(element.length for element in elements[:i])
-    inside = (travel.s >= begin) & (travel.s <= begin + elements[i].length)
-    return elements[i].turn and bool(np.any(travel.W_rate[inside]))
+    ends, travel = sailing.route.element_ends, sailing.motion.travel
+    inside = (travel.s >= ends[i]) & (travel.s <= ends[i + 1])
+    return sailing.route.elements[i].turn and bool(np.any(travel.W_rate[inside]))
 
 
 def _sailing(owner: str, route: Route, parts: Sequence[Phase], vessel: Vessel, start: tuple[float, float]) -> Sailing:
@@ -111,7 +109,7 @@ def _rested(table: Timetable, vessel: Vessel, limits: TravelLimits) -> Timetable
 
 def place(route: Route, s: float) -> str:
     """The leg or turn of an arc length, m, in words."""
-    element = route.elements[route.index_at(s)]
+    element = route.elements[int(route.index_at(s))]
     if element.leg == NO_LEG:
         return "the run-in"
     return f"turn {element.leg + 1}" if element.turn else f"leg {element.leg + 1}"

@@ -1,21 +1,37 @@
-"""Parameters of the curves to travel at constant speed: straight, circle, figure eight, square.
+"""Parameters of shapes: curves to travel at constant speed, and search patterns from a point outwards.
 
-A curve begins at the position of `initial_pose`, whose angle is the course of travel there, so that the geometry does not depend
-on the hull; the heading differs from the course by the drift angle. A positive size turns to port (counter-clockwise) first, a
-negative one to starboard.
+The curves are straight, circle, figure eight and square. Each begins at the position of `initial_pose`, whose angle is the course
+of travel there, so that the geometry does not depend on the hull; the heading differs from the course by the drift angle. A
+positive size turns to port (counter-clockwise) first, a negative one to starboard.
+
+The patterns are waypoints that a path sails:
+
+| symbol | meaning | unit |
+|---|---|---|
+| d | distance between two tracks, positive to port | m |
+| phi, R | angle about the centre of the spiral, radius of its beginning | rad, m |
+
+The expanding square [1] has legs of d, d, 2·d, 2·d, 3·d ..., each at right angles to the one before. The spiral of Archimedes has
+the radius R + d·phi/(2·pi); its points are so close together that no chord is farther from it than 4e-3 of the radius.
+
+[1] IMO/ICAO: IAMSAR Manual, vol. II, search patterns.
 """
 
+import cmath
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.guidance.curves import CORNER_EXTENT, Arc, Curve, FigureEight, Square
 
 SMALLEST = 0.01  # smallest magnitude of a size, m
 DEFAULT_CORNER, SHARPEST_CORNER = 0.2, 0.002
 """Radius of a corner in multiples of the side: by default, and the smallest that the solution of the drift angle resolves."""
+
+POINTS_OF_A_TURN = 36
 
 
 class Shape(NamedTuple):
@@ -43,7 +59,8 @@ def size(default: float, description: str) -> float:
     return parameter(default, text, unit="m", low=-1e5, high=1e5)
 
 
-def _checked(name: str, value: float) -> float:
+def magnitude(name: str, value: float) -> float:
+    """The magnitude of a size, m. Raises ParameterError if it is none."""
     if abs(value) < SMALLEST:
         raise ParameterError(f"reference_ship.{name} must have a magnitude of at least {SMALLEST:g} m (got {value:g} m)")
     return abs(value)
@@ -71,7 +88,7 @@ class CircleParameters:
 
     def shape(self) -> Shape:
         """The circle. Raises ParameterError if the radius is zero."""
-        radius = _checked("circle.radius", self.radius)
+        radius = magnitude("circle.radius", self.radius)
         return Shape(Arc(1.0 / radius), math.copysign(1.0, self.radius), f"radius {radius:g} m")
 
 
@@ -85,7 +102,7 @@ class FigureEightParameters:
 
     def shape(self) -> Shape:
         """The figure eight. Raises ParameterError if the length is zero."""
-        length = _checked("figure_eight.length", self.length)
+        length = magnitude("figure_eight.length", self.length)
         return Shape(FigureEight(length), math.copysign(1.0, self.length), f"length {length:g} m")
 
 
@@ -102,7 +119,7 @@ class SquareParameters:
 
     def shape(self) -> Shape:
         """The square. Raises ParameterError if the side is zero, or the corners are too large or too small for it."""
-        side = _checked("square.side", self.side)
+        side = magnitude("square.side", self.side)
         radius = self.corner_radius or DEFAULT_CORNER * side
         low, high = SHARPEST_CORNER * side, 0.5 * side / CORNER_EXTENT
         if not low <= radius <= high:
@@ -112,3 +129,57 @@ class SquareParameters:
             )
         sizes = f"side {side:g} m with corners of {radius:g} m"
         return Shape(Square(side, radius), math.copysign(1.0, self.side), sizes)
+
+
+def _speed() -> float:
+    return parameter(1.5, "Speed over ground along the pattern; corners may be slower.", unit="m/s", low=1e-3, high=100.0)
+
+
+def _spacing() -> float:
+    return parameter(
+        20.0, "Distance between two tracks; positive turns to port, negative to starboard.", unit="m", low=-1e5, high=1e5
+    )
+
+
+@dataclass(frozen=True)
+class ExpandingSquareParameters:
+    """A search from the start outwards on a square that grows."""
+
+    legs: int = parameter(8, "Number of legs.", low=1, high=1000)
+    spacing: float = _spacing()
+    speed: float = _speed()
+
+    def places(self, start: complex, course: float) -> list[complex]:
+        """The corners, m, from a start with the course of the first leg, rad. Raises ParameterError if the spacing is zero."""
+        d = magnitude("expanding_square.spacing", self.spacing)
+        along, found = cmath.exp(1j * course), [start]
+        for leg in range(self.legs):
+            found.append(found[-1] + (leg // 2 + 1) * d * along)
+            along *= 1j if self.spacing > 0.0 else -1j
+        return found[1:]
+
+
+@dataclass(frozen=True)
+class SpiralParameters:
+    """A search about a point beside the start, on a spiral outwards."""
+
+    radius: float = parameter(
+        30.0,
+        "Radius at the beginning: the centre is so far from the start, on the side of `spacing`.",
+        unit="m",
+        low=0.1,
+        high=1e5,
+    )
+    spacing: float = _spacing()
+    turns: float = parameter(3.0, "Number of turns.", low=0.1, high=100.0)
+    speed: float = _speed()
+
+    def places(self, start: complex, course: float) -> list[complex]:
+        """Points of the spiral, m, from a start with the course there, rad. Raises ParameterError if the spacing is zero."""
+        side = math.copysign(1.0, self.spacing)
+        d = magnitude("spiral.spacing", self.spacing)
+        # At the beginning the course is ahead of the tangent of the circle by the angle at which the radius grows.
+        inward = cmath.exp(1j * (course + side * (0.5 * math.pi + math.atan2(d / TURN, self.radius))))
+        centre, count = start + self.radius * inward, math.ceil(self.turns * POINTS_OF_A_TURN)
+        angles = (self.turns * TURN * k / count for k in range(1, count + 1))
+        return [centre - inward * (self.radius + d * phi / TURN) * cmath.exp(1j * side * phi) for phi in angles]

@@ -140,6 +140,12 @@ class SpeedProfile:
         self._s: Array = np.concatenate(([0.0], np.cumsum(0.5 * self._tau * (self._begin + self._end))))
         self.top = float(max(self._begin.max(), self._end.max()))
 
+    @property
+    def corners(self) -> Array:
+        """The times at which a phase begins or ends, or its trapezoid of acceleration has a corner, increasing, s."""
+        rises = RISE * np.diff(self.times)
+        return np.unique(np.concatenate((self.times, self.times[:-1] + rises, self.times[1:] - rises)))
+
     def at(self, t: Array) -> tuple[Array, Array, Array]:
         """Arc length [m], speed [m/s] and acceleration [m/s²] at times, s."""
         index = np.clip(np.searchsorted(self.times, t, side="right") - 1, 0, len(self._tau) - 1)

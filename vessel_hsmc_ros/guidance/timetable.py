@@ -6,7 +6,7 @@ that position, velocity and acceleration are continuous and those of one motion;
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.guidance.input_program import passed
-from vessel_hsmc_ros.guidance.kernel_reference import KernelReference, write_row
+from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
 
 Array = NDArray[np.float64]
@@ -37,11 +37,6 @@ def joined(tables: Sequence[Timetable]) -> Timetable:
     return Timetable(np.concatenate(times), np.concatenate(rows))
 
 
-def later(table: Timetable, delay: float) -> Timetable:
-    """A table that begins later by a delay, s."""
-    return Timetable(table.times + delay, table.rows)
-
-
 def blended(table: Timetable, row: Array, duration: float) -> Timetable:
     """A table that begins with a given row: the difference decays along a polynomial of the fifth degree.
 
@@ -56,6 +51,20 @@ def blended(table: Timetable, row: Array, duration: float) -> Timetable:
     return Timetable(table.times, rows)
 
 
+def world_rows(motion: Motion | tuple[Any, ...], acceleration: Acceleration | tuple[Any, ...]) -> Array:
+    """The rows of a table of states and the derivatives of their velocities: shape (9,) of numbers, (n, 9) of arrays."""
+    x, y, psi, u, v, r = motion
+    du, dv, dr = acceleration
+    along = np.exp(1j * psi)
+    velocity, change = (u + 1j * v) * along, (du - r * v + 1j * (dv + r * u)) * along
+    return np.stack((x, y, psi, velocity.real, velocity.imag, r, change.real, change.imag, dr), axis=-1)
+
+
+def at_rest(motion: Motion, *times: float) -> Timetable:
+    """A table of a ship that stays where it is."""
+    return Timetable(np.array(times), np.array([[*motion[:3], *[0.0] * 6]] * len(times)))
+
+
 class TimetableConstants(NamedTuple):
     """The table, and the length of a step, s."""
 
@@ -64,7 +73,7 @@ class TimetableConstants(NamedTuple):
 
 
 class TimetableMemory(NamedTuple):
-    """Number of steps, whole ones but where the clock waits for the vessel."""
+    """Number of steps, whole ones but where the clock waits for the vessel: the motion is a function of time."""
 
     steps: float
 
@@ -125,21 +134,13 @@ def read(m: TimetableMemory, c: TimetableConstants) -> tuple[Motion, Acceleratio
     return motion_at(m.steps * c.period, c.table)
 
 
-@kernel
-def follow(m: TimetableMemory, c: TimetableConstants, rows: Array) -> None:
-    """Write the motion of each step into rows of shape (n, 9)."""
-    for k in range(len(rows)):
-        m = move(m, c) if k > 0 else m
-        write_row(rows[k], read(m, c))
-
-
 class TimetableReference(KernelReference):
     """A motion that is known ahead, in discrete time.
 
     `period`: length of a step, s.
     """
 
-    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+    move, read = staticmethod(move), staticmethod(read)
 
     def __init__(self, table: Timetable, track: PlannedTrack, period: float) -> None:
         self.constants, self.track = TimetableConstants(table, period), track

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.guidance.input_program import (
     input_value,
     program_of,
 )
-from vessel_hsmc_ros.guidance.kernel_reference import Array, KernelReference, write_row
+from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 from vessel_hsmc_ros.plant.dynamics import (
     STILL_WATER,
     Vessel,
@@ -102,14 +102,6 @@ def read(m: ShipMemory, c: ShipConstants) -> tuple[Motion, Acceleration]:
     return m.motion, Acceleration(rate.u, rate.v, rate.r)
 
 
-@kernel
-def follow(m: ShipMemory, c: ShipConstants, rows: Array) -> None:
-    """Write the motion of each step into rows of shape (n, 9)."""
-    for k in range(len(rows)):
-        m = move(m, c) if k > 0 else m
-        write_row(rows[k], read(m, c))
-
-
 class ReferenceShip(KernelReference):
     """The virtual ship (8) in discrete time.
 
@@ -119,7 +111,7 @@ class ReferenceShip(KernelReference):
         ParameterError: times and values of an input differ in number, or the times do not increase.
     """
 
-    move, read, follow = staticmethod(move), staticmethod(read), staticmethod(follow)
+    move, read = staticmethod(move), staticmethod(read)
 
     def __init__(self, parameters: VirtualShipParameters, period: float) -> None:
         self._period = period

@@ -13,12 +13,9 @@ from typing import Any
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import GoalError, RefusalError
-from vessel_hsmc_ros.core.fence import fence_of
-from vessel_hsmc_ros.guidance.corners import THROUGH
-from vessel_hsmc_ros.guidance.fence_check import leaving
-from vessel_hsmc_ros.guidance.goal_parameters import NONE
-from vessel_hsmc_ros.guidance.path_parameters import Point
-from vessel_hsmc_ros.guidance.polyline import Waypoint
+from vessel_hsmc_ros.core.fence import fence_of, leaving
+from vessel_hsmc_ros.guidance.polyline import THROUGH, Waypoint
+from vessel_hsmc_ros.guidance.scheduled import NONE, Point
 from vessel_hsmc_ros.nodes.action_messages import Way
 
 FIRST_LEAD, LONGER = 0.5, 2.0

@@ -15,6 +15,7 @@ from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import make_reference
+from vessel_hsmc_ros.guidance.kernel_reference import follow
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
@@ -87,7 +88,8 @@ def main(names: Sequence[str] = ()) -> None:
     wanted = wanted or [*map(Program, compilable_laws()), *OFTEN]
     jobs: dict[str, Callable[[], object]] = {str(each): partial(compile_program, each) for each in wanted if not _is_stored(each)}
     ships = {} if names else {mode: load_scenario("waypoints", {"reference_ship.mode": mode}).reference_ship for mode in MODES}
-    ships = {mode: ship for mode, ship in ships.items() if not compiled(cast("Any", make_reference(ship, 0.01)).follow).stored}
+    kernels = {mode: cast("Any", make_reference(ship, 0.01)).kernels for mode, ship in ships.items()}
+    ships = {mode: ship for mode, ship in ships.items() if not compiled(follow, **kernels[mode]).stored}
     jobs |= {f"reference {mode}": partial(reference_of, ship, 100.0, 2) for mode, ship in ships.items()}
     if not jobs:
         return

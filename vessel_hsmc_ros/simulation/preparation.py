@@ -18,8 +18,7 @@ from vessel_hsmc_ros.core.delay_line import whole_periods
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, trajectory
 from vessel_hsmc_ros.plant.sensors import sampling
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.plant.step import PlantConstants, PlantState

@@ -10,7 +10,7 @@ import pytest
 from campaigns import campaign
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.ship_expansion import expand, ship_of

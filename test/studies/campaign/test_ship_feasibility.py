@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from compiling import only_compiled
 
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled

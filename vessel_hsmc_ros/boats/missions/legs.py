@@ -17,14 +17,13 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Refused
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.fence import CIRCLE_CORNERS, FenceParameters, clearance, fence_of
+from vessel_hsmc_ros.core.fence import Fence as Area
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, outline
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
+from vessel_hsmc_ros.guidance.progress import Progress
 
 Array = NDArray[np.float64]
-
-ROOM = 0.5  # share of the shorter of its two legs within which a vessel passes a waypoint: as much as a corner may cut
-OUTLINE_POINTS = 2000  # points of a planned way that are compared with a fence
 
 
 def positions(points: Sequence[MissionPoint]) -> list[complex]:
@@ -54,35 +53,20 @@ def part_of(mission: Mission, legs: str) -> Mission:
 def completed(mission: Mission, track: Array, least_room: float) -> int:
     """How many of the first legs a vessel has completed, in their order.
 
-    A leg is completed when the vessel crosses the line that halves the corner at its end, near to it; the last one when the
-    vessel has come to its end. `mission`: the mission, in metres. `track`: x, y of the vessel, (n, 2) m. `least_room`: distance
-    within which it passes a waypoint however short the legs are, m.
+    Legs are counted as by `Progress`; the last one is completed when the vessel has come to its end. `mission`: the mission, in
+    metres. `track`: x, y of the vessel, (n, 2) m. `least_room`: distance within which it passes a waypoint however short the
+    legs are, m.
     """
-    points, k = positions(mission.points), 0
-    q = track[:, 0] + 1j * track[:, 1]
-    q = q[np.isfinite(q)]
-    begin, i = (q[0] if len(q) else 0j), 0
-    while k < len(points):
-        course = _direction(points[k - 1] if k else begin, points[k])
-        after = _direction(points[k], points[k + 1]) if k + 1 < len(points) else course
-        across = course + after if abs(course + after) > ROOM else course  # back on the same line
-        room = max(least_room, ROOM * min(_length(points, k, begin), _length(points, k + 1, begin)))
-        d = q[i:] - points[k]
-        ahead = (d * np.conj(across)).real >= (0.0 if k + 1 < len(points) else -least_room)
-        there = np.flatnonzero(ahead & (np.abs(d) <= room))
-        if not len(there):
-            break
-        i, k = i + int(there[0]), k + 1
-    return k
-
-
-def _direction(a: complex, b: complex) -> complex:
-    return (b - a) / abs(b - a) if b != a else 0j
-
-
-def _length(points: Sequence[complex], k: int, begin: complex) -> float:
-    """The length of the leg to a waypoint, counted from 0, m; without end behind the last."""
-    return math.inf if k >= len(points) else abs(points[k] - (points[k - 1] if k else begin))
+    places = track[:, 0] + 1j * track[:, 1]
+    places = places[np.isfinite(places)]
+    if not len(places):
+        return 0
+    progress = Progress(complex(places[0]), positions(mission.points), least_room)
+    for place in places:
+        progress.advance(complex(place))
+        if progress.leg == progress.legs and progress.distance_to_end(complex(place)) <= least_room:
+            return progress.legs
+    return progress.leg - 1
 
 
 def leaving_fence(mission: Mission) -> list[Refused]:
@@ -107,8 +91,10 @@ def leaving_fence(mission: Mission) -> list[Refused]:
 
 def way_leaving_fence(track: PlannedTrack, fences: Sequence[Fence]) -> list[Refused]:
     """As `leaving_fence`, of a planned way with its turns."""
-    ways = [[complex(p) for p in way] for way in outline(track, OUTLINE_POINTS)]
-    return [wrong for way in ways for wrong in breaches(way, fences, ["the planned way"] * len(way))]
+    areas = [(fence, _area(fence)) for fence in fences]
+    return [
+        Refused("the planned way", found, _why(fence)) for fence, area in areas if area and (found := track_leaving(area, track))
+    ]
 
 
 def unsendable(mission: Mission) -> list[Refused]:
@@ -199,13 +185,20 @@ def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence
     legs = [*pairwise(points)] or [(points[0], points[0])]
     found = []
     for fence in fences:
-        area = fence_of(build(FenceParameters, {"inside" if fence.inside else "outside": _ring(fence)}, "fence"), fence.item)
-        named = zip(items[-len(legs) :], legs, strict=True)
+        area, named = _area(fence), zip(items[-len(legs) :], legs, strict=True)
         if area and (wrong := [item for item, leg in named if clearance(area, np.array(leg)) <= 0.0]):
-            what = "leaves the area to stay in" if fence.inside else "enters the area to stay out of"
             more = f" and {len(wrong) - 1} more" if len(wrong) > 1 else ""
-            found.append(Refused(wrong[0], f"its leg{more}", f"it {what}, {fence.item}"))
+            found.append(Refused(wrong[0], f"its leg{more}", _why(fence)))
     return found
+
+
+def _area(fence: Fence) -> Area | None:
+    return fence_of(build(FenceParameters, {"inside" if fence.inside else "outside": _ring(fence)}, "fence"), fence.item)
+
+
+def _why(fence: Fence) -> str:
+    what = "leaves the area to stay in" if fence.inside else "enters the area to stay out of"
+    return f"it {what}, {fence.item}"
 
 
 def _ring(fence: Fence) -> list[float]:

@@ -30,7 +30,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.scenario.scenario import Scenario

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains, Hierarch
 from vessel_hsmc_ros.control.laws.hierarchical_steady import Hull, Mean
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.guidance.trajectory import trajectory
+from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, acceleration, unforced_acceleration
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

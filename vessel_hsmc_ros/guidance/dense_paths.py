@@ -1,4 +1,7 @@
-"""Curves as wide corners: legs too short for their corners are left out where one corner approximates them.
+"""Waypoints of planners and track logs: those that are needed, and wide corners in the place of many short legs.
+
+A planner gives a point every few centimetres, and the first behind the vessel. Of waypoints with one speed, between stops, those
+remain from the legs of which the others are at most a tolerance off [1].
 
 A curve that is given by points is a polyline with many short legs. Taken by itself, each of its bends would have to begin and
 end on half of a short leg, so slowly that the vessel nearly stops. Of the legs, those are kept with which the path takes least
@@ -11,27 +14,102 @@ about the intersection of their lines, if it is nowhere further from the points 
 | theta, R, c | angle of the turn, its radius, length of its transitions | rad, m, m |
 
 The apex of the turn is R·(1/cos(theta/2) - 1) from V, as the nearest point of the polyline is, and a about R·tan(theta/2) + c/2.
+
+[1] Douglas, D. H.; Peucker, T. K.: Algorithms for the reduction of the number of points required to represent a digitized line or
+its caricature. Cartographica 10(2), 1973, pp. 112-122.
 """
 
 import cmath
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.fence import from_ways
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.guidance.corners import LEAST_ANGLE, SHARPEST, THROUGH, corner_of
-from vessel_hsmc_ros.guidance.polyline import Part, Ship, Waypoint, fitted_turning
+from vessel_hsmc_ros.guidance.polyline import LEAST_ANGLE, SHARPEST, THROUGH, Part, Ship, Waypoint, corner_of, fitted_turning
 from vessel_hsmc_ros.guidance.route import Element, Route
-from vessel_hsmc_ros.guidance.thinning import Points, apart
 from vessel_hsmc_ros.guidance.turning import Turning
+
+Points = NDArray[np.complex128]
+
+ALONG = math.cos(math.radians(60.0))
+"""Cosine of the largest angle between the course of a vessel that is on a leg and that of the leg."""
 
 MOST_LEGS = 24  # legs between two that a corner joins, at most
 SAMPLES = 25  # points of a corner at which its distance is computed
 SHORTEST = 0.05  # least length of the transitions of a wide turn, in terms of its radius
 SLOWEST = 0.1  # least speed of a wide turn, in terms of that of its legs
 STEEP = 1e-3  # sine of the angle between two lines below which they have no intersection
+
+
+class Scale(NamedTuple):
+    """Lengths of a vessel, m."""
+
+    tolerance: float  # how far points that are left out may be from their leg
+    reach: float  # how far off a leg the vessel may be to be on it
+    turn: float  # way in which it turns to a point under way; 0 at rest
+
+
+def apart(points: Points, line: Points) -> NDArray[np.float64]:
+    """The distance of each point from a polyline of at least two points, m."""
+    found: NDArray[np.float64] = from_ways(points[:, None], line[:-1], np.diff(line)).min(axis=1)
+    return found
+
+
+def thinned(start: complex, points: Sequence[Waypoint], tolerance: float) -> list[Waypoint]:
+    """The waypoints that are needed; each has those that were left out on the leg to it.
+
+    `start`: where the first leg begins, m. `tolerance`: how far those that are left out may be from their leg, m.
+    """
+    place = np.array([start, *(point.position for point in points)])
+    needed, last = [0], len(points)
+    fixed = [k for k in range(1, last) if points[k - 1].corner != THROUGH or points[k - 1].speed != points[k].speed]
+    spans = [(a, b) for a, b in zip([0, *fixed], [*fixed, last], strict=True)][::-1]
+    while spans:
+        a, b = spans.pop()
+        off = apart(place[a + 1 : b], place[[a, b]])
+        if len(off) and off.max() > tolerance:
+            middle = a + 1 + int(np.argmax(off))
+            spans += [(middle, b), (a, middle)]
+        else:
+            needed.append(b)
+    return [points[b - 1]._replace(passed=tuple(complex(p) for p in place[a + 1 : b])) for a, b in pairwise(needed) if b]
+
+
+def ahead(points: Sequence[Waypoint], here: complex, course: float, scale: Scale) -> list[Waypoint]:
+    """The waypoints to which a vessel on the first leg has to go: not those behind it, and under way not those next to it.
+
+    `here`: position of the vessel, m. `course`: its course, or its heading at rest, rad.
+    """
+    left = list(points)
+    while len(left) > 1 and left[0].corner == THROUGH:
+        begin, leg = left[0].position, thinned(left[0].position, left[1:], scale.tolerance)[0]
+        way = leg.position - begin
+        along = way / abs(way)
+        d = (here - begin) * along.conjugate()
+        aligned = math.cos(course) * along.real + math.sin(course) * along.imag >= ALONG
+        if not (aligned and abs(d.imag) <= scale.reach and -scale.turn <= d.real <= scale.reach + scale.turn):
+            return left
+        if d.real > 0.0:
+            on = [k for k, place in enumerate(leg.passed, 1) if ((place - begin) * along.conjugate()).real > d.real]
+            left = left[on[0] if on else len(leg.passed) + 1 :]
+        if d.real <= abs(way):
+            return _beyond_turn(left, here, scale)
+    return left
+
+
+def _beyond_turn(points: list[Waypoint], here: complex, scale: Scale) -> list[Waypoint]:
+    """The waypoints from the first one on that is further away than a turn, as far as the others are near the way to it."""
+    n = 0
+    while n + 1 < len(points) and points[n].corner == THROUGH and abs(points[n].position - here) < scale.turn:
+        n += 1
+    while n and apart(np.array([one.position for one in points[:n]]), np.array([here, points[n].position])).max() > scale.reach:
+        n -= 1
+    return points[n:]
 
 
 class _Leg(NamedTuple):
@@ -63,22 +141,22 @@ def wide_corners(start: complex, part: Part, ship: Ship, tolerance: float) -> Pa
     `start`: where the first leg begins, m. `tolerance`: how far a wide corner may be from the points, m. Raises ParameterError
     if the ship has no turn.
     """
-    legs = _legs(start, part.points)
+    legs = _legs(start, part)
     n = len(legs)
-    tight = [_lost(part.points[i], legs[i], legs[i + 1], ship) for i in range(n - 1)]
+    tight = [_lost(part[i], legs[i], legs[i + 1], ship) for i in range(n - 1)]
     if not any(tight):
         return part
     # The least time from each leg to the last one, and the joint that begins it.
-    least, chosen = [0.0] * n, [(n, _Joint(part.points[-1], 0.0))] * n
+    least, chosen = [0.0] * n, [(n, _Joint(part[-1], 0.0))] * n
     for i in reversed(range(n - 1)):
-        joints = [(i + 1, _Joint(part.points[i], tight[i])), *_wide(i, legs, part.points, tight, ship, tolerance)]
+        joints = [(i + 1, _Joint(part[i], tight[i])), *_wide(i, legs, part, tight, ship, tolerance)]
         j, joint = min(joints, key=lambda one: one[1].lost + least[one[0]])
         least[i], chosen[i] = joint.lost + least[j], (j, joint)
     points, i = [], 0
     while i < n:
         i, joint = chosen[i]
         points.append(joint.waypoint)
-    return part._replace(points=tuple(points))
+    return tuple(points)
 
 
 def _legs(start: complex, points: Sequence[Waypoint]) -> list[_Leg]:
