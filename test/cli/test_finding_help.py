@@ -99,11 +99,3 @@ def test_the_shell_is_offered_verbs_and_scenarios() -> None:
     words = {"_VESSEL_HSMC_COMPLETE": "bash_complete", "COMP_WORDS": "vessel-hsmc simulate case3", "COMP_CWORD": "2"}
     assert "plain,case3_stabilisation" in invoke(**words).output
     assert "plain,simulate" in invoke(**words | {"COMP_WORDS": "vessel-hsmc sim", "COMP_CWORD": "1"}).output
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_is_installed_where_the_shell_finds_it(shell: str, tmp_path: Path) -> None:
-    result = invoke("completion", shell, "--install", HOME=str(tmp_path))
-    assert result.exit_code == 0, result.output
-    (script,) = (path for path in tmp_path.rglob("*") if path.is_file())
-    assert "_VESSEL_HSMC_COMPLETE" in script.read_text(encoding="utf-8")

@@ -69,15 +69,12 @@ def test_what_is_missing_is_named_with_the_command_that_installs_it(sourced: boo
     with pytest.raises(InstallationError) as raised:
         require("yaml", "foxglove", "scipy")
     text = str(raised.value)
-    assert text.startswith("yaml, foxglove and scipy are not installed: ")
-    commands = (
-        ("`sudo apt install python3-yaml python3-scipy` and `pip install foxglove-sdk`",)
-        if sourced
-        else ("`pip install pyyaml foxglove-sdk scipy`",)
-    )
-    assert all(command in text for command in commands)
+    assert text.startswith("yaml, foxglove, scipy are not installed: ")
+    assert "`pip install pyyaml foxglove-sdk scipy`" in text
+    assert ("`rosdep install` in the workspace, or " in text) == sourced
     one = missing_module(ModuleNotFoundError(name="scipy.linalg"))
-    assert one == f"scipy is not installed: {'`sudo apt install python3-scipy`' if sourced else '`pip install scipy`'}"
+    assert one.startswith("scipy is not installed: ")
+    assert "`pip install scipy`" in one
     assert "colcon build" in missing_module(ModuleNotFoundError(name="px4_msgs"))
     assert ("colcon build" if sourced else "make wheels") in missing_module(ModuleNotFoundError(name="vessel_hsmc_msgs"))
     assert "source a Jazzy workspace" in missing_module(ModuleNotFoundError(name="sensor_msgs.msg"))

@@ -9,8 +9,7 @@ import definitions
 import pytest
 
 from vessel_hsmc_ros.cli.command import VERBS
-from vessel_hsmc_ros.core.exceptions import InstallationError
-from vessel_hsmc_ros.core.install_paths import require, share_directory
+from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import GROUP, LOOP, PROGRAMS
 
 ANALYSIS = (
@@ -141,19 +140,3 @@ def test_a_node_run_by_its_name_without_ros_names_the_remedy_in_one_line(name: s
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert "rclpy is not installed: nodes need ROS 2" in line
-
-
-def test_all_libraries_that_a_program_lacks_are_named_at_once_with_the_commands_of_a_workspace(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(sys, "prefix", sys.base_prefix)
-    for workspace, commands in (
-        ("/opt/ros/jazzy", ("`sudo apt install python3-scipy` and `pip install no_library` in an environment above",)),
-        ("", ("are not installed: `pip install scipy no_library`",)),
-    ):
-        monkeypatch.setenv("AMENT_PREFIX_PATH", workspace)
-        monkeypatch.setitem(sys.modules, "scipy", None)
-        with pytest.raises(InstallationError) as refused:
-            require("numpy", "scipy", "no_library")
-        assert all(command in str(refused.value) for command in commands)
-        assert str(refused.value).startswith("scipy and no_library are")

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from vessel_hsmc_ros.cli.console import print_error, print_status, print_warning
-from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
+from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE, raise_at_interrupt
 from vessel_hsmc_ros.core.exceptions import BagWarning, NoBagError, ParameterError, ScenarioError, VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module, require
 from vessel_hsmc_ros.core.version import __version__
@@ -50,9 +50,6 @@ GROUPS = {
         "excite": "Write manoeuvres for an identification.",
         "ardupilot": "Simulate the ship for ArduPilot's autopilot (SITL).",
         "identify": "Identify the hull data of a ship from recordings.",
-    },
-    "This command": {
-        "completion": "Let the shell complete verbs, options and scenarios.",
     },
 }
 
@@ -112,7 +109,9 @@ class Verbs(click.Group):
             ctx.fail(f"there is no verb {args[0]!r}: did you mean {' or '.join(near)}?")
         if not {*HELP} & {*args}:
             require(*LIBRARIES.get(args[0], ()))
-        return super().resolve_command(ctx, args)
+        found = super().resolve_command(ctx, args)  # imports the verb
+        raise_at_interrupt()
+        return found
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": HELP})

@@ -1,7 +1,6 @@
 """Output of the command: lines, tables, progress bars and the result of a run, in a terminal or in a log file."""
 
 import shlex
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -106,14 +105,12 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
 
     Yields:
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,
-        print the line if there is one, else how far it is and the note at each tenth of the total, and at least every four
-        seconds, also without a call.
+        print the line if there is one, else how far it is and the note at each tenth of the total, and every four seconds.
     """
     # On standard error, so that the standard output contains results only.
     console = Console(stderr=True)
     if not console.is_terminal or console.is_dumb_terminal:
-        with _progress_lines(console, title, total, unit) as update:
-            yield update
+        yield _progress_lines(console, title, total, unit)
         return
     amount = "{task.completed:.0f} of {task.total:.0f} " if total else "{task.completed:.0f} "
     note = TextColumn("{task.fields[note]}", markup=False)
@@ -123,21 +120,11 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
         yield lambda completed, _line="", note="": progress.update(task, completed=completed, note=note)
 
 
-@contextmanager
-def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Iterator[Callable[..., None]]:
-    """Print the title of a progress bar; its `update` prints lines, and a thread does where it is not called."""
+def _progress_lines(console: Console, title: str, total: float | None, unit: str) -> Callable[..., None]:
+    """Print the title of a progress bar, and lines of its progress."""
     console.print(title + (f", {total:g} {unit}" if total and unit != "%" else ""), **PLAIN)
     shortest, longest = LINE_PERIODS
-    started = printed = time.monotonic()
-    tenths, ended = 0, threading.Event()
-
-    def beat() -> None:
-        nonlocal printed
-        while not ended.wait(max(printed + longest - time.monotonic(), 0.1)):
-            now = time.monotonic()
-            if now >= printed + longest:
-                console.print(f"{title}: {now - started:.0f} s", **PLAIN)
-                printed = now
+    printed, tenths = time.monotonic(), 0
 
     def update(completed: float, line: str = "", note: str = "") -> None:
         nonlocal tenths, printed
@@ -148,13 +135,7 @@ def _progress_lines(console: Console, title: str, total: float | None, unit: str
             console.print(line or f"{title}: {', '.join(filter(None, (amount, note)))}", **PLAIN)
             tenths, printed = reached, now
 
-    thread = threading.Thread(target=beat, daemon=True)
-    thread.start()
-    try:
-        yield update
-    finally:
-        ended.set()
-        thread.join()
+    return update
 
 
 def print_result(result: "Result") -> None:

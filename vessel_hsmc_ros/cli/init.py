@@ -101,15 +101,12 @@ def _write(path: Path, text: str) -> None:
 def _text(vessel: str | None, path: Path, given: dict[str, float], thrusters: bool, fixed: tuple[str, ...]) -> str:
     """The new scenario."""
     try:
-        return _of_data(path.stem, given, fixed) if vessel is None else _of_vessel(vessel, path, given, thrusters)
+        if vessel is not None:
+            return _of_vessel(vessel, path, given, thrusters)
+        main_data = schema.build(MainData, given, "init")
+        return scenario_text(path.stem, main_data, thruster_layout(fixed, main_data.length) if fixed else None)
     except ParameterError as error:
         raise ParameterError(re.sub(r"\binit\.(\w+)", lambda found: f"--{found[1].replace('_', '-')}", str(error))) from None
-
-
-def _of_data(name: str, given: dict[str, float], fixed: tuple[str, ...]) -> str:
-    """The scenario of a ship of which the main data and perhaps the thrusters are known."""
-    data = schema.build(MainData, given, "init")
-    return scenario_text(name, data, thruster_layout(fixed, data.length) if fixed else None)
 
 
 def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool) -> str:

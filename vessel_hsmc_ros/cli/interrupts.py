@@ -2,8 +2,6 @@
 
 import os
 import signal
-import sys
-from types import FrameType
 
 INTERRUPTED = 130  # exit code after Ctrl-C: 128 plus the number of SIGINT, as in a shell
 INTERRUPTED_LINE = "interrupted"
@@ -11,11 +9,16 @@ INTERRUPTED_LINE = "interrupted"
 _CLEAR_LINE_AND_SHOW_CURSOR = "\r\x1b[K\x1b[?25h"
 
 
-def handle_interrupts() -> None:
-    """Let the first SIGINT raise KeyboardInterrupt, during an import end the process, and the second one end it anyway."""
+def exit_at_interrupt() -> None:
+    """Let SIGINT end the process: a module that is interrupted while it is imported may print a traceback from C."""
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:  # as in a background job of a script
+        signal.signal(signal.SIGINT, _exit_at_once)
+
+
+def raise_at_interrupt() -> None:
+    """Let the first SIGINT raise KeyboardInterrupt, and the second one end the process, where `exit_at_interrupt` was called."""
+    if signal.getsignal(signal.SIGINT) is _exit_at_once:
         signal.signal(signal.SIGINT, _on_interrupt)
-        sys.unraisablehook = _on_unraisable
 
 
 def ignore_interrupts() -> None:
@@ -23,28 +26,9 @@ def ignore_interrupts() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def _on_interrupt(_number: int, frame: FrameType | None) -> None:
+def _on_interrupt(*_: object) -> None:
     signal.signal(signal.SIGINT, _exit_at_once)
-    # A module that is interrupted while it is imported may print a traceback from C, or turn the exception into another one.
-    if _is_importing(frame):
-        _exit_at_once()
     raise KeyboardInterrupt
-
-
-def _is_importing(frame: FrameType | None) -> bool:
-    """Whether the import system is among the callers of a frame."""
-    while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
-            return True
-        frame = frame.f_back
-    return False
-
-
-def _on_unraisable(unraisable: "sys.UnraisableHookArgs") -> None:
-    """End the process if the exception of Ctrl-C occurred in a destructor, which cannot pass it on."""
-    if isinstance(unraisable.exc_value, KeyboardInterrupt):
-        _exit_at_once()
-    sys.__unraisablehook__(unraisable)
 
 
 def _exit_at_once(*_: object) -> None:

@@ -3,12 +3,12 @@
 import io
 import sys
 
-from vessel_hsmc_ros.cli.interrupts import handle_interrupts, ignore_interrupts
+from vessel_hsmc_ros.cli.interrupts import exit_at_interrupt, ignore_interrupts
 
 
 def main() -> int:
     """Run the command as this process; returns its exit code."""
-    handle_interrupts()
+    exit_at_interrupt()
     # Imported from here on, during which the user may press Ctrl-C: the command takes a second.
     from vessel_hsmc_ros.core.exceptions import InstallationError
     from vessel_hsmc_ros.core.install_paths import require

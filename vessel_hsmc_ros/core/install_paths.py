@@ -25,9 +25,6 @@ PX4_MESSAGES = "px4_msgs"
 DISTRIBUTIONS = {"foxglove": "foxglove-sdk", "mcap_ros2": "mcap-ros2-support", "yaml": "pyyaml"}
 """Packages of PyPI that are not named like their module."""
 
-FROM_APT = frozenset({"click", "geographiclib", "jinja2", "matplotlib", "numba", "numpy", "rich", "scipy", "yaml"})
-"""Libraries with a rosdep key, which a workspace takes from apt as `python3-NAME`; the others come from PyPI."""
-
 ROS = re.compile(r"rclpy|rcl_|rosidl_|rpyutils|ament_|\w+_(msgs|srvs|interfaces)$")  # modules that are parts of ROS 2
 ROS_REMEDY = (
     "nodes need ROS 2, `pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces` or source a Jazzy workspace;"
@@ -106,25 +103,18 @@ def missing_module(error: ModuleNotFoundError) -> str:
 
 
 def _not_installed(names: Sequence[str]) -> str:
-    """One line on libraries that are missing: those of a workspace without an environment above it come from apt and PyPI."""
+    """One line on libraries that are missing, and how to install them."""
     if names[0] == MESSAGES:
         remedy = messages_remedy()
     elif names[0] == PX4_MESSAGES:
         remedy = "build the px4_msgs of your firmware's release with `colcon build`, and source the workspace"
     elif ROS.match(names[0]):
         remedy = ROS_REMEDY
-    elif os.environ.get("AMENT_PREFIX_PATH") and sys.prefix == sys.base_prefix:
-        from_apt = [f"python3-{name}" for name in names if name in FROM_APT]
-        from_pypi = [DISTRIBUTIONS.get(name, name) for name in names if name not in FROM_APT]
-        parts = [f"`sudo apt install {' '.join(from_apt)}`"] if from_apt else []
-        if from_pypi:
-            above = "in an environment above the workspace, `python3 -m venv --system-site-packages .venv`"
-            parts.append(f"`pip install {' '.join(from_pypi)}` {above}")
-        remedy = " and ".join(parts)
     else:
         remedy = f"`pip install {' '.join(DISTRIBUTIONS.get(name, name) for name in names)}`"
-    verb = "is" if len(names) == 1 else "are"
-    return f"{' and '.join(filter(None, [', '.join(names[:-1]), names[-1]]))} {verb} not installed: {remedy}"
+        if os.environ.get("AMENT_PREFIX_PATH") and sys.prefix == sys.base_prefix:
+            remedy = f"`rosdep install` in the workspace, or {remedy} in an environment above it (docs/installing.md)"
+    return f"{', '.join(names)} {'is' if len(names) == 1 else 'are'} not installed: {remedy}"
 
 
 def messages_remedy() -> str:

@@ -9,7 +9,7 @@ import dataclasses
 import difflib
 import functools
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, TypeVar, cast, get_type_hints
@@ -263,18 +263,17 @@ def suggestion(name: str, known: Collection[str]) -> str:
     """The known name that is closest to an unknown one, or else all of them, as the end of an error message."""
     whole = [each for each in known if each.endswith(f".{name}")]  # a name without its group is less similar than it means
     close = whole[:1] or difflib.get_close_matches(name[:LONGEST_NAME], known, n=1, cutoff=0.6)
-    return f"did you mean {close[0]}?" if close else "allowed are " + ", ".join(_first_level(known))
+    if close:
+        return f"did you mean {close[0]}?"
+    # Names without a dot, and each group once as `group.*`: short enough for an error message.
+    first_level = dict.fromkeys(f"{first}.*" if rest else first for first, _, rest in (each.partition(".") for each in known))
+    return "allowed are " + ", ".join(first_level)
 
 
 def meant(name: str, known: Collection[str]) -> str:
     """The known name that is closest to an unknown one, as a further part of an error message; empty if none is close."""
     close = difflib.get_close_matches(name[:LONGEST_NAME], known, n=1)
     return f"; did you mean {close[0]}?" if close else ""
-
-
-def _first_level(names: Iterable[str]) -> list[str]:
-    """Names without a dot, and each group once as `group.*`: short enough for an error message."""
-    return list(dict.fromkeys(f"{first}.*" if rest else first for first, _, rest in (name.partition(".") for name in names)))
 
 
 def flatten(instance: object) -> dict[str, Value]:

@@ -138,7 +138,8 @@ class ThrusterLayout:
         if not self:
             return []
         n = len(self.names)
-        columns = {field.name: _repeated(getattr(self, field.name), n) for field in fields(self)}
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        columns = {name: values * n if len(values) == 1 else values for name, values in given.items()}
         kinds = [KINDS.index(kind) for kind in columns.pop("kinds")]
         names = columns.pop("names")
         return [Thruster(*each) for each in zip(names, kinds, *columns.values(), strict=True)]
@@ -171,10 +172,6 @@ class ThrusterLayout:
         if not determinant:
             return 0.0
         return sum(w * ey * (xx * n - xn * ex) for ex, ey, n, w in columns) / determinant
-
-
-def _repeated(values: tuple[object, ...], count: int) -> tuple[object, ...]:
-    return values * count if len(values) == 1 else values
 
 
 def _check_lists(layout: ThrusterLayout) -> None:

@@ -104,7 +104,9 @@ def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], fold
     vessel = read_vessel(name, folder)
     own: dict[str, object] = {**_of_hull(vessel, {each: entries[each] for each in hull}), **values}
     own[VESSEL_NAME] = vessel.key if vessel.path == _in_library(vessel.key) else str(vessel.path.resolve())
-    return _of_actuators(own, vessel, entries) | _calm(vessel, entries) | own
+    # The default periodic forces are scaled to the paper's ship, and would throw a boat out of the water.
+    calm = {name: 0.0 for name in PERIODIC_FORCES if name in entries and vessel.key != PAPERS_SHIP}
+    return _of_actuators(own, vessel, entries) | calm | own
 
 
 def _of_actuators(own: Mapping[str, object], vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, object]:
@@ -112,11 +114,6 @@ def _of_actuators(own: Mapping[str, object], vessel: LibraryVessel, entries: Map
     declared = {name: entries[f"{ACTUATORS}{name}"] for name in _inputs() if f"{ACTUATORS}{name}" in entries}
     theirs = {name: vessel.values.get(f"{VESSEL}{name}", _neutral(entry)) for name, entry in declared.items()}
     return {f"{ACTUATORS}{name}": own.get(f"{VESSEL}{name}", value) for name, value in theirs.items()}
-
-
-def _calm(vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, object]:
-    """No periodic forces on the plant: the default ones are scaled to the paper's ship, and throw a boat out of the water."""
-    return {name: 0.0 for name in PERIODIC_FORCES if name in entries and vessel.key != PAPERS_SHIP}
 
 
 def _of_hull(vessel: LibraryVessel, entries: Mapping[str, Entry]) -> dict[str, Value]:
