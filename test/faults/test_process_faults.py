@@ -41,8 +41,8 @@ def monitored(nodes: Any, faults: Any, steps: list[Callable[[], object]]) -> Any
 
     listener = SimpleNamespace(listen=listen, status={}, heard_at={})
     interrupts = SimpleNamespace(status=lambda: supervisor.ExitStatus(130) if done else None)
-    relay = SimpleNamespace(ended=lambda: None)
-    return supervisor._monitor(nodes, relay, listener, faults, interrupts, lambda _: None)
+    watched = supervisor.Watched(supervisor.spread((), False, True), nodes, SimpleNamespace(processes=[]), listener, faults)
+    return supervisor._monitor(watched, interrupts, lambda _: None)
 
 
 @pytest.mark.parametrize("kind", ["stop", "restart"])

@@ -61,13 +61,14 @@ def test_a_process_whose_work_was_done_when_the_middleware_did_not_let_it_go_has
     assert (process.code, nodes.failed()) == (0, None)
 
 
-def test_of_ended_processes_those_count_that_are_not_left_out_and_only_errors_as_failures(tmp_path: Path) -> None:
+def test_of_ended_processes_only_errors_count_as_failures_that_are_not_left_out(tmp_path: Path) -> None:
     nodes = group(tmp_path, {"a": None, "b": 0, "c": 3, "d": -9})
 
     def name(process: NodeProcess | None) -> str:
         return process.name if process else ""
 
-    assert [name(nodes.ended()), name(nodes.ended(but={"b"})), name(nodes.ended(but={"b", "c", "d"}))] == ["b", "c", ""]
+    assert nodes.ended()
+    assert not group(tmp_path, {"a": None}).ended()
     assert [name(nodes.failed()), name(nodes.failed(but={"c"})), name(nodes.failed(but={"c", "d"}))] == ["c", "d", ""]
 
 
@@ -133,7 +134,8 @@ class Watched:
     def watch(self, *story: Callable[[Listener], object]) -> Any:
         self.nodes = group(self.folder, self.codes)
         faults: Any = SimpleNamespace(affected=self.affected)
-        return supervisor._monitor(self.nodes, self.relay, Listener(*story), faults, self.interrupts, self.progress.append)
+        watched = supervisor.Watched(supervisor.spread((), False, True), self.nodes, self.relay, Listener(*story), faults)
+        return supervisor._monitor(watched, self.interrupts, self.progress.append)
 
 
 @pytest.fixture

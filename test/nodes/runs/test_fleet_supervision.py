@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.nodes.runs import fleet_supervision
-from vessel_hsmc_ros.nodes.runs.supervisor import CONNECT_LIMIT, ExitStatus, not_discovered
+from vessel_hsmc_ros.nodes.runs import supervisor
+from vessel_hsmc_ros.nodes.runs.processes import spread
+from vessel_hsmc_ros.nodes.runs.supervisor import CONNECT_LIMIT, CONNECT_LIMIT_PER_VESSEL, ExitStatus, Watched, not_discovered
 
-VESSELS = ("one", "two")
-PLANTS = {f"{vessel}/vessel_sim": [vessel] for vessel in VESSELS}
+PROCESSES = spread(("one", "two"), by_thrusters=False, lockstep=True)
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def wait(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[ExitStatus, lis
 
     def call(*times: dict[str, float], apart: float) -> tuple[ExitStatus, list[float]]:
         now, turns, reached = 0.0, iter(times), list[float]()
-        plants = [SimpleNamespace(name=name, code=None, popen=SimpleNamespace(poll=lambda: None)) for name in PLANTS]
+        plants = [SimpleNamespace(name=name, code=None, popen=SimpleNamespace(poll=lambda: None)) for name in PROCESSES.plants]
         listener = SimpleNamespace(status={}, heard_at={})
 
         def listen(_: float) -> None:
@@ -33,11 +33,14 @@ def wait(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[ExitStatus, lis
                 listener.status = {f"{vessel}/vessel_sim": {"simulated_time": str(time)} for vessel, time in turn.items()}
 
         listener.listen = listen
-        monkeypatch.setattr(fleet_supervision, "time", SimpleNamespace(monotonic=lambda: now))
+        monkeypatch.setattr(supervisor, "time", SimpleNamespace(monotonic=lambda: now))
         nodes: Any = SimpleNamespace(processes=plants)
+        relay: Any = SimpleNamespace(processes=[])
+        faults: Any = SimpleNamespace(affected=set())
         interrupts: Any = SimpleNamespace(status=lambda: None)
         given: Any = listener
-        return fleet_supervision._monitor(nodes, given, interrupts, reached.append, PLANTS), reached
+        watched = Watched(PROCESSES, nodes, relay, given, faults)
+        return supervisor._monitor(watched, interrupts, reached.append), reached
 
     return call
 
@@ -47,7 +50,7 @@ def test_the_progress_of_a_fleet_is_that_of_its_slowest_vessel(wait: Callable[..
 
 
 def test_a_fleet_of_which_one_vessel_does_not_start_is_ended(wait: Callable[..., tuple[ExitStatus, list[float]]]) -> None:
-    limit = CONNECT_LIMIT + 2 * fleet_supervision.CONNECT_LIMIT_PER_VESSEL
+    limit = CONNECT_LIMIT + 2 * CONNECT_LIMIT_PER_VESSEL
     late = {"one": 3.0}
     assert wait(late, late, late, apart=0.4 * limit) == (not_discovered(limit), [])
     assert wait(late, late, apart=0.4 * limit) == (ExitStatus(0), [])

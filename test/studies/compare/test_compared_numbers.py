@@ -16,7 +16,7 @@ from records import make_run
 
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.nodes.runs.fleet_supervision import spread
+from vessel_hsmc_ros.nodes.runs.processes import spread
 from vessel_hsmc_ros.report import Record, style
 from vessel_hsmc_ros.report.making import WrittenFiles
 from vessel_hsmc_ros.report.record import measured

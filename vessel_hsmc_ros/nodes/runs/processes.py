@@ -15,7 +15,7 @@ from pathlib import Path
 from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
-from vessel_hsmc_ros.core.node_list import LOOP, START_ORDER, taking_part
+from vessel_hsmc_ros.core.node_list import LOOP, PLANT, RECORDER, START_ORDER, taking_part
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 MODULES = {name: LOOP[name].module for name in START_ORDER}
@@ -30,11 +30,39 @@ STOP_LIMIT = 8.0  # time limit for a process to exit after SIGINT, s, after whic
 LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
 """The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
 
+OWN_PROCESSES = 4
+"""Up to so many vessels, every node has a process of its own; in real time always, so that one does not delay another."""
+
 LOG_RESERVE = 16 * 1024  # disk space that is reserved for each log, bytes
 _PR_SET_PDEATHSIG = 1
 _FALLOC_FL_KEEP_SIZE = 1
 _FATAL_LINE = re.compile(r"^\[FATAL\]", re.MULTILINE)
 _ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\].*?\]: (.*)$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Processes:
+    """How the nodes of a vessel, or of a fleet, are spread over processes."""
+
+    # the processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels
+    names: tuple[str, ...]
+    groups: Mapping[str, Sequence[str]]  # the arguments of each group, by its name
+    plants: Mapping[str, Sequence[str]]  # names of the plants that run in a process, by its name
+
+
+def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:
+    """Give every node a process; the nodes of a large fleet in lockstep share as many processes as there are cores.
+
+    `vessels`: namespaces of the vessels of a fleet; none for a single vessel. `by_thrusters`: whether thrusters drive the ships,
+    so that their allocations take part.
+    """
+    plants = [f"{vessel}/{PLANT}" for vessel in vessels] or [PLANT]
+    if len(vessels) <= OWN_PROCESSES or not lockstep:
+        return Processes(taking_part(by_thrusters, vessels), {}, {plant: [plant] for plant in plants})
+    nodes = ",".join(name for name in taking_part(by_thrusters) if name != RECORDER)
+    count = min(max(1, len(os.sched_getaffinity(0))), len(vessels))
+    groups = {f"group_{k + 1}": (nodes, *vessels[k::count]) for k in range(count)}
+    return Processes((RECORDER, *groups), groups, {name: plants[k::count] for k, name in enumerate(groups)})
 
 
 @dataclass(frozen=True)
@@ -136,9 +164,9 @@ class NodeGroup:
     def _named(self, name: str) -> NodeProcess:
         return next(process for process in self.processes if process.name == name)
 
-    def ended(self, but: Collection[str] = ()) -> NodeProcess | None:
-        """The first process that has ended, if any, except those of some nodes."""
-        return next((p for p in self.processes if p.popen.poll() is not None and p.name not in but), None)
+    def ended(self) -> bool:
+        """Whether a process has ended."""
+        return any(process.popen.poll() is not None for process in self.processes)
 
     def failed(self, but: Collection[str] = ()) -> NodeProcess | None:
         """The first process that ended with an error, if any, except those of some nodes."""

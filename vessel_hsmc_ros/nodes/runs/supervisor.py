@@ -19,12 +19,12 @@ import yaml
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
-from vessel_hsmc_ros.core.node_list import RELAY, taking_part
+from vessel_hsmc_ros.core.node_list import RELAY
 from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down
-from vessel_hsmc_ros.nodes.runs.processes import MODULES, NodeGroup, NodeProcess
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, spread
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.faults import relayed_topics
@@ -124,7 +124,14 @@ class ProcessFaults:
 
 
 CONNECT_LIMIT = 20.0  # time limit for the discovery of the nodes, and for the start of the live view, s
-SILENCE_LIMIT = 3.5  # a node publishes diagnostics every second; without any for this time, s, it is considered to hang
+CONNECT_LIMIT_PER_VESSEL = 10.0
+"""Further time for the discovery of the nodes of each vessel of a fleet, s: their processes share the cores while they start."""
+
+SILENCE_LIMIT, SILENCE_LIMIT_OF_FLEET = 3.5, 10.0
+"""A node publishes diagnostics every second; without any for this time, s, it is considered to hang. The many processes of a
+fleet share the cores."""
+
+REPORT_LIMIT = 2.0  # time within which a node that lives reports, s
 STARVED_LIMIT = 20.0
 """After this time, s, without a report of any node all of them are considered to hang, not the machine to be busy."""
 
@@ -224,26 +231,29 @@ def supervise(
     progress: Progress,
     live_port: int | None = None,
     injection: Injection | None = None,
+    vessels: Sequence[str] = (),
 ) -> ExitStatus:
-    """Start the nodes, wait until the plant ends the run, stop them.
+    """Start the nodes, wait until every plant has ended the run, stop them.
 
     `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. `namespace`: namespace of the
-    nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view. Returns how the run
-    ended; a failure is not raised.
+    nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view. `vessels`: namespaces
+    of the vessels of a fleet, which have one recorder. Returns how the run ended; a failure names the node, with the namespace of
+    its vessel in a fleet, and is not raised.
     """
     extra = injection.arguments() if injection else {}
-    names, lockstep = taking_part(scenario.vessel_sim.by_thrusters), scenario.controller.lockstep
+    lockstep = scenario.controller.lockstep
+    processes = spread(vessels, scenario.vessel_sim.by_thrusters, lockstep)
     # The processes come first: they start while this one creates its own node, and before it has threads (they are forked).
     with (
         Interrupts() as interrupts,
         live_view(folder, namespace, lockstep, live_port, interrupts),
         relaying(injection, folder, namespace) as relay,
-        NodeGroup(folder.parameters, folder.logs, namespace, names, extra) as nodes,
-        StatusListener(namespace) as listener,
+        NodeGroup(folder.parameters, folder.logs, namespace, processes.names, extra, processes.groups) as nodes,
+        StatusListener(namespace, vessels) as listener,
     ):
         faults = ProcessFaults(injection.script if injection else FaultScript(), nodes)
         listener.on_fault(faults.on_event)
-        status = _monitor(nodes, relay, listener, faults, interrupts, progress)
+        status = _monitor(Watched(processes, nodes, relay, listener, faults), interrupts, progress)
     return after_shutdown(status, relay.failed() or nodes.failed(but=faults.affected | faults.restarted), folder.bag)
 
 
@@ -311,39 +321,65 @@ def exclusive(namespace: str, lockstep: bool = False, domain: str | None = None)
         yield
 
 
-def _monitor(
-    nodes: NodeGroup,
-    relay: NodeGroup,
-    listener: StatusListener,
-    faults: ProcessFaults,
-    interrupts: Interrupts,
-    progress: Progress,
-) -> ExitStatus:
-    """Wait until the plant has finished, a node has failed or stopped reporting, or the run is interrupted."""
-    deadline = time.monotonic() + CONNECT_LIMIT
+@dataclass(frozen=True)
+class Watched:
+    """A run under supervision: its processes, and what its nodes report."""
+
+    processes: Processes
+    nodes: NodeGroup
+    relay: NodeGroup
+    listener: StatusListener
+    faults: ProcessFaults
+
+    @property
+    def plants(self) -> list[str]:
+        """The names of the plants."""
+        return [name for part in self.processes.plants.values() for name in part]
+
+    def simulated(self) -> float:
+        """The simulated time that all plants have reported, s; 0 before the first step of one of them."""
+        return min(float(self.listener.status.get(name, {}).get("simulated_time", 0.0)) for name in self.plants)
+
+    def end(self) -> ExitStatus | None:
+        """How the run has ended by the end of its plants, or of a node that should still run; None if it goes on."""
+        ended = [p for p in (*self.nodes.processes, *self.relay.processes) if p.popen.poll() is not None]
+        ended = [process for process in ended if process.name not in self.faults.affected]
+        codes = {process.name: process.code for process in ended}
+        if all(codes.get(name) == 0 for name in self.processes.plants):
+            return ExitStatus(0)
+        ended.sort(key=lambda process: process.code == 0)  # errors first: a node that lost its partner may have ended in order
+        # A plant of a fleet may end before the others.
+        failure = next((p.describe_exit() for p in ended if p.code or p.name not in self.processes.plants), "")
+        if not failure:
+            return None
+        return ExitStatus(1, failure + silent_after(self.listener, self.reporting() if self.simulated() else (), REPORT_LIMIT))
+
+    def reporting(self) -> set[str]:
+        """The nodes of the processes that run, of those that have reported so far; none that is absent on demand."""
+        running = {process.name for process in self.nodes.processes if process.popen.poll() is None}
+        # The nodes of a group have no process of their own; all of them run until the group ends.
+        grouped = bool(self.processes.groups) and len(running) > 1
+        return {name for name in self.listener.heard_at if grouped or name in running} - self.faults.affected
+
+    def silence(self, limit: float) -> str:
+        """The nodes that are silent, as the end of an error message."""
+        return silence({name: self.listener.heard_at[name] for name in self.reporting()}, limit)
+
+
+def _monitor(run: Watched, interrupts: Interrupts, progress: Progress) -> ExitStatus:
+    """Wait until all plants have finished, a node has failed or stopped reporting, or the run is interrupted."""
+    fleet = len(run.plants) > 1
+    silence_limit = SILENCE_LIMIT_OF_FLEET if fleet else SILENCE_LIMIT
+    connect_limit = CONNECT_LIMIT + CONNECT_LIMIT_PER_VESSEL * len(run.plants) * fleet
+    deadline = time.monotonic() + connect_limit
     while True:
-        listener.listen(0.05)
-        if interrupted := interrupts.status():
-            return interrupted
-        if ended := nodes.ended(but=faults.affected) or relay.ended():
-            if ended.name == "vessel_sim" and ended.code == 0:
-                return ExitStatus(0)
-            others = [node.name for node in nodes.processes if node.popen.poll() is None] if _simulated(listener) else []
-            return ExitStatus(1, ended.describe_exit() + silent_after(listener, {*others} - faults.affected, 0.5 * SILENCE_LIMIT))
-        if _silence(listener, SILENCE_LIMIT, faults.affected):
+        run.listener.listen(0.05)
+        if ended := interrupts.status() or run.end():
+            return ended
+        if run.silence(silence_limit):
             # The first to reach the limit may be a node that waits for one that hangs and is hardly younger.
-            return ExitStatus(1, f"the run has stalled{_silence(listener, 0.5 * SILENCE_LIMIT, faults.affected)}")
-        if simulated := _simulated(listener):
+            return ExitStatus(1, f"the run has stalled{run.silence(0.5 * silence_limit)}")
+        if simulated := run.simulated():
             progress(simulated)
         elif time.monotonic() > deadline:
-            return not_discovered(CONNECT_LIMIT)
-
-
-def _simulated(listener: StatusListener) -> float:
-    """The simulated time that the plant has reported, s; 0 before its first step."""
-    return float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))
-
-
-def _silence(listener: StatusListener, limit: float, absent: Collection[str]) -> str:
-    """The nodes of the run that are silent, but those absent on demand."""
-    return silence({name: at for name, at in listener.heard_at.items() if name in MODULES and name not in absent}, limit)
+            return not_discovered(connect_limit)

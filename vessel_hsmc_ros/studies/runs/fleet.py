@@ -37,14 +37,10 @@ def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bo
 
     Returns the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
     """
-    supervisor_module()
-    from vessel_hsmc_ros.nodes.runs.fleet_supervision import spread, supervise_fleet
-
+    supervisor = supervisor_module()
     origin = origin_of(fleet.base, "lockstep" if fleet.lockstep else "real time", "")
     folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
-    vessels = tuple(fleet.vessels)
-    processes = spread(vessels, fleet.base.vessel_sim.by_thrusters, fleet.lockstep)
-    status = supervise_fleet(folder, vessels, progress, processes)
+    status = supervisor.supervise(folder, fleet.base, "", progress, vessels=tuple(fleet.vessels))
     result = Result(folder, status.code, status.failure, facts={"vessels": {}})
     summarise(result, origin, lambda: _evaluate(result, origin, with_page))
     return result
