@@ -20,7 +20,7 @@ from rich.table import Table
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.nodes.runs.fleet_supervision import spread, supervise_fleet
+from vessel_hsmc_ros.nodes.runs.supervisor import supervise
 from vessel_hsmc_ros.scenario.fleet import dump_fleet, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
@@ -96,7 +96,7 @@ def run(vessels: int, duration: float, real_time: bool) -> Cost:
         folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag, folder.parameters)))
         names = tuple(fleet.vessels)
         usage = Usage(SETTLED * duration)
-        status = supervise_fleet(folder, names, usage.sample, spread(names, by_thrusters=False, lockstep=fleet.lockstep))
+        status = supervise(folder, fleet.base, "", usage.sample, vessels=names)
         if status.failure:
             raise RunError(f"{vessels} vessels: {status.failure}")
         bag = open_bag(folder.bag)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bag_making import TYPES, message, serialized
 
-from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages.topics import definition
 

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.guidance import path_reference
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
 from vessel_hsmc_ros.guidance.path import plan_path
-from vessel_hsmc_ros.nodes.path_planning import FIRST_LEAD, PathPlanning
+from vessel_hsmc_ros.nodes.helm import FIRST_LEAD, PathPlanning
 
 PERIOD, DEADLINE = 0.05, 60.0
 AHEAD, ASIDE = [(120.0, 0.0)], [(90.0, 60.0)]

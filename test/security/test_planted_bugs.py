@@ -60,7 +60,7 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     "times that do not increase": ("csv", "studies.identification.measurements.checked", lambda run: run),
     "a waypoint that is not finite": ("waypoints", "cli.path._waypoint", waypoint),
     "no checksums": ("bag", "bags.mcap_contents.zlib", ANY_SUM),
-    "messages with their own exceptions": ("unchecked_bag", "bags.message_decoder.MessageDecoder.deserialize", unwrapped),
+    "messages with their own exceptions": ("unchecked_bag", "bags.topic_columns.MessageDecoder.deserialize", unwrapped),
     "metadata that is no YAML": ("metadata", "bags.rosbag2_metadata.yaml", SimpleNamespace(YAMLError=KeyError)),
 }
 """Target, what is replaced in its reader, and by what."""

@@ -9,8 +9,8 @@ from bag_making import STORE, TYPES, write_run
 from fuzz_findings import Finding, decided, file
 from fuzz_seeds import folder, seeds
 
-from vessel_hsmc_ros.bags.message_decoder import MessageDecoder
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.messages.topics import definition
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 

@@ -68,7 +68,7 @@ NUMBERS = {
 }  # fmt: skip
 """How `struct` and NumPy name the numbers of message definitions."""
 
-_DTYPES = {order: {kind: np.dtype(code).newbyteorder(order) for kind, code in NUMBERS.items()} for order in "<>"}
+_DTYPES = {order: {kind: np.dtype(order + code) for kind, code in NUMBERS.items()} for order in "<>"}
 _STRUCTS = {order: {kind: struct.Struct(order + code) for kind, code in NUMBERS.items()} for order in "<>"}
 
 

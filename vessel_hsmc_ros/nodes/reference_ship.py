@@ -23,10 +23,10 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.helm import Helm
-from vessel_hsmc_ros.nodes.observed_vessel import ObservedVessel
 from vessel_hsmc_ros.nodes.pace import Pace
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
+from vessel_hsmc_ros.nodes.vessel_sight import ObservedVessel
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 
 UNUSED_INPUT_SEARCH = 0.5  # time between two searches for publishers of goals and paths that the mode does not use, s

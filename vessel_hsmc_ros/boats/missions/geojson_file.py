@@ -6,8 +6,17 @@ A polygon with the property `fence`, `inclusion` or `exclusion`, is a fence. Pla
 from collections.abc import Iterator
 from typing import Any
 
-from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Pair, Refused, Source
-from vessel_hsmc_ros.boats.missions.properties import NAMES, SPEEDS, with_properties
+from vessel_hsmc_ros.boats.missions.mission import (
+    NAMES,
+    SPEEDS,
+    Fence,
+    Mission,
+    MissionPoint,
+    Pair,
+    Refused,
+    Source,
+    with_properties,
+)
 
 TYPES = (
     *("FeatureCollection", "Feature", "GeometryCollection"),

@@ -6,10 +6,10 @@ from typing import Any
 
 from vessel_hsmc_ros.boats.missions.geojson_file import TYPES, read_geojson
 from vessel_hsmc_ros.boats.missions.gpx_file import read_gpx
+from vessel_hsmc_ros.boats.missions.mavlink_items import HEAD, read_lines
 from vessel_hsmc_ros.boats.missions.mission import Mission, Source, with_stops
 from vessel_hsmc_ros.boats.missions.plan_file import read_cockpit, read_plan
 from vessel_hsmc_ros.boats.missions.table_file import read_table
-from vessel_hsmc_ros.boats.missions.waypoints_file import HEAD, read_lines
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TEXT, read_bytes
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line

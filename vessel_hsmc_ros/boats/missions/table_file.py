@@ -2,8 +2,7 @@
 
 import csv
 
-from vessel_hsmc_ros.boats.missions.mission import MAX_POINTS, Mission, MissionPoint, Source
-from vessel_hsmc_ros.boats.missions.properties import NAMES, with_properties
+from vessel_hsmc_ros.boats.missions.mission import MAX_POINTS, NAMES, Mission, MissionPoint, Source, with_properties
 
 PLACES = {
     "latitude": "latitude",
