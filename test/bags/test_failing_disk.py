@@ -2,7 +2,6 @@
 
 import errno
 import os
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -64,16 +63,11 @@ class Disk:
 def prepared(patch: pytest.MonkeyPatch, disk: Disk) -> None:
     """Let the modules that write bags see the disk; a small chunk makes many writes."""
 
-    def temporary(**options: Any) -> Any:
-        disk.check()
-        return tempfile.TemporaryFile(**options)
-
     def described(*arguments: Any) -> None:
         disk.check()
         rosbag2_metadata.write_metadata(*arguments)
 
     patch.setattr(crash_safe_file, "os", disk)
-    patch.setattr(mcap_writer, "tempfile", type("Temporary", (), {"TemporaryFile": staticmethod(temporary)}))
     patch.setattr(writer, "write_metadata", described)
     patch.setattr(mcap_writer, "CHUNK_SIZE", 400)
     patch.setattr(crash_safe_file, "LEAST_RESERVE", 4096)

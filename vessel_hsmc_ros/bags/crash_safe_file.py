@@ -130,7 +130,10 @@ class CrashSafeFile:
 
     def _write(self, parts: Sequence[bytes | memoryview], offset: int) -> None:
         """Write parts one after the other, by one call of the operating system."""
-        write_at(self._fd, b"".join(parts), offset)
+        data = b"".join(parts)
+        while data:
+            written = os.pwrite(self._fd, data, offset)
+            data, offset = data[written:], offset + written
 
 
 def is_being_written(path: Path) -> bool:
@@ -143,14 +146,6 @@ def is_being_written(path: Path) -> bool:
     except OSError:  # a file system without locks
         return False
     return False
-
-
-def write_at(fd: int, data: bytes, offset: int) -> int:
-    """Write all bytes at an offset; returns the offset after them."""
-    written = 0
-    while written < len(data):
-        written += os.pwrite(fd, data[written:], offset + written)
-    return offset + written
 
 
 def _pages(size: int) -> int:

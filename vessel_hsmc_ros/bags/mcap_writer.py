@@ -5,9 +5,7 @@ is valid after every system call (`crash_safe_file`), for readers with and witho
 end: DataEnd, summary and footer.
 """
 
-import os
 import struct
-import tempfile
 import zlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,7 +29,7 @@ from mcap.records import (
     Statistics,
 )
 
-from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile, write_at
+from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile
 from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.bags.mcap_layout import (
     CHECKSUM_SIZE,
@@ -122,14 +120,8 @@ class McapFile:
     def __init__(self, path: Path, compression: str) -> None:
         self.contents = Contents(path, profile="ros2")
         self._compression = compression
-        # A long recording has many chunks: their index is on the disk, in a file that goes with its process.
-        self._index = tempfile.TemporaryFile(dir=path.parent)  # noqa: SIM115 - closed by `abandon` and `close`
-        self._index_size = self._chunks = 0
-        try:
-            self._file = CrashSafeFile(path, MAGIC + record_bytes(Header("ros2", "vessel_hsmc_ros")))
-        except OSError:
-            self._index.close()
-            raise
+        self._index, self._chunks = bytearray(), 0  # encoded: a long recording has many chunks
+        self._file = CrashSafeFile(path, MAGIC + record_bytes(Header("ros2", "vessel_hsmc_ros")))
         self.contents.end = self._file.end
         self._chunk: list[bytes] = []
         self._chunk_size = 0
@@ -202,25 +194,20 @@ class McapFile:
             return
         self._write_pending()
         rest = statistics(self.contents, self._chunks) + self._summarise()
-        size = self._index_size + len(rest)
+        size = len(self._index) + len(rest)
         if self._summary_bytes + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
-            self._file.set_summary(self._written_index() + rest)
+            self._file.set_summary(bytes(self._index) + rest)
             self._summary_bytes += size
 
     def close(self) -> None:
         """Write the rest, summary and footer, and close the file. Raises OSError if it cannot be written."""
         self._end_chunk()
         self._write_pending()
-        self._file.close(ending(self.contents, self._written_index(), self._chunks))
-        self._index.close()
+        self._file.close(ending(self.contents, bytes(self._index), self._chunks))
 
     def abandon(self) -> None:
-        """Leave the file as it is on the disk, and release its descriptors."""
+        """Leave the file as it is on the disk, and release its descriptor."""
         self._file.abandon()
-        self._index.close()
-
-    def _written_index(self) -> bytes:
-        return os.pread(self._index.fileno(), self._index_size, 0)
 
     def _summarise(self) -> bytes:
         """`definitions` of the contents, encoded again only when there are new ones."""
@@ -257,7 +244,7 @@ class McapFile:
         index = ChunkIndex(len(record), self.contents.end, compression, len(packed), end, 0, {}, start, len(data))
         self._append(record)
         self._append_message_indexes(index)
-        self._index_size = write_at(self._index.fileno(), record_bytes(index), self._index_size)
+        self._index += record_bytes(index)
         self._chunks += 1
         self.contents.extend_times(start, end)
         self._chunk, self._chunk_size, self._entries = [], 0, {}

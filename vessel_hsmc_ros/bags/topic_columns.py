@@ -2,7 +2,7 @@
 
 import struct
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import attrgetter
@@ -227,9 +227,9 @@ class Series:
         fields = [name for name in names if name not in TIMES]
         return columns | self._decoder.columns(block, starts + MESSAGE_HEADER.size, sizes, fields)
 
-    def _keep(self, columns: dict[str, "_ColumnParts"]) -> None:
+    def _keep(self, columns: dict[str, list[Array]]) -> None:
         """Keep what has been read in the order of log time; empties `columns`, which may be most of the memory in use."""
-        read = {name: columns.pop(name).joined() for name in list(columns)}
+        read = {name: joined(columns.pop(name)) for name in list(columns)}
         if "log_time" in read:
             order = np.argsort(read["log_time"], kind="stable")  # stable: equal times stay in the recorded order
             self._order = None if (np.diff(order) == 1).all() else order
@@ -287,37 +287,15 @@ def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
     which all these topics have. Raises BagError if a file is damaged, or a message cannot be decoded.
     """
     wanted = {series.name: (series, missing) for series in topics if (missing := series._missing(names))}
-    parts = {name: {field: _ColumnParts() for field in missing} for name, (_, missing) in wanted.items()}
+    parts: dict[str, dict[str, list[Array]]] = {name: {field: [] for field in missing} for name, (_, missing) in wanted.items()}
     files = next(iter(wanted.values()))[0].files.blocks() if wanted else ()
     for contents, block in files:
         for channel, offsets in channel_offsets(contents, block).items():
             name = contents.channels[channel].topic
             if name in wanted:
                 series, missing = wanted[name]
-                _append(parts[name], series._decode(block, offsets, missing))
+                columns = series._decode(block, offsets, missing)
+                for each, found in parts[name].items():
+                    found.append(columns[each])
     for name, (series, _) in wanted.items():
         series._keep(parts.pop(name))
-
-
-def _append(parts: Mapping[str, "_ColumnParts"], columns: Mapping[str, Array]) -> None:
-    for name in parts:
-        parts[name].append(columns[name])
-
-
-class _ColumnParts:
-    """A column that grows part by part. Parts are joined early: a few large arrays take less memory than many small ones."""
-
-    AT_ONCE = 256
-
-    def __init__(self) -> None:
-        self._large: list[Array] = []
-        self._small: list[Array] = []
-
-    def append(self, part: Array) -> None:
-        self._small.append(part)
-        if len(self._small) == self.AT_ONCE:
-            self._large.append(joined(self._small))
-            self._small.clear()
-
-    def joined(self) -> Array:
-        return joined([*self._large, *self._small])
