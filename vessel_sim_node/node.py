@@ -15,7 +15,6 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.pace import Pace
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.hull_check import bounded
@@ -283,8 +282,3 @@ class VesselSimNode(VesselNode):
         hull = DiagnosticTask("hull data", WARN if self._outside else OK, self._outside or "within their range", {})
         pace = DiagnosticTask("pace", OK, f"{self._pace.moves} times behind or set", {"moves": self._pace.moves})
         return [*super().diagnostic_tasks(), DiagnosticTask("command", level, text, self._drive.values()), hull, pace]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until it has finished or a signal ends it."""
-    return run_node(VesselSimNode, arguments)

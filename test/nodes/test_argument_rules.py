@@ -11,7 +11,7 @@ from harness import Command
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.parameters_file import check_rules
 
-NODE = [sys.executable, "-m", "vessel_hsmc_ros.nodes.controller"]
+NODE = [sys.executable, "-m", "vessel_hsmc_ros.nodes", "controller"]
 
 
 @pytest.mark.parametrize(

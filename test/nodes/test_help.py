@@ -11,7 +11,8 @@ import pytest
 import rclpy
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import PROGRAMS
+from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario import parameters
 
 CLASSES = {
@@ -33,15 +34,14 @@ CLASSES = {
 LIBRARY = {"live": "foxglove", "mavlink": "pymavlink"}
 
 
-def found(name: str) -> tuple[Any, Any]:
-    """The module of a node and its class; skips the test without the node's library."""
+def found(name: str) -> Any:
+    """The class of a node; skips the test without the node's library."""
     module_name, _, class_name = CLASSES[name].partition(":")
     if name == "px4" and definitions.module("px4_msgs.msg") is None:
         pytest.skip("px4_msgs is not installed, and nothing is there to compile it")
     if name in LIBRARY:
         pytest.importorskip(LIBRARY[name], exc_type=ImportError)
-    module = importlib.import_module(module_name)
-    return module, getattr(module, class_name)
+    return getattr(importlib.import_module(module_name), class_name)
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 
 def test_every_node_has_a_help_text() -> None:
-    assert CLASSES.keys() == LOOP.keys() | AUXILIARY.keys() | WATCHERS.keys()
+    assert CLASSES.keys() == PROGRAMS.keys()
 
 
 @pytest.mark.parametrize("name", CLASSES)
@@ -61,11 +61,11 @@ def test_every_node_has_a_help_text() -> None:
 def test_help_describes_task_topics_and_parameters_without_starting_the_node(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, option: str
 ) -> None:
-    module, node_class = found(name)
+    node_class = found(name)
     monkeypatch.setattr(rclpy, "init", lambda **_: pytest.fail("ROS was initialised"))
-    assert module.main([option, "--ros-args", "-p", "lockstep:=true"]) == 0
+    assert run_node(node_class, [option, "--ros-args", "-p", "lockstep:=true"]) == 0
     shown = capsys.readouterr().out
-    assert (LOOP | AUXILIARY | WATCHERS)[name].executable in shown
+    assert PROGRAMS[name].executable in shown
     assert (node_class.__doc__ or "").splitlines()[0] in shown
     assert "--ros-args" in shown
     assert "docs/parameters.md" in shown
@@ -77,7 +77,7 @@ def test_help_describes_task_topics_and_parameters_without_starting_the_node(
 
 @pytest.mark.parametrize("name", ["vessel_sim", "reference_ship", "controller", "watchdog"])
 def test_help_names_every_topic_of_the_node(context: Any, name: str) -> None:
-    _, node_class = found(name)
+    node_class = found(name)
     node: Any = node_class(context=context)
     topics = [topic.removeprefix(f"/{name}").strip("/") for topics in node._topics.values() for topic in topics]
     services = [service for service, _ in node.get_service_names_and_types_by_node(name, "/") if "parameter" not in service]
@@ -90,17 +90,17 @@ def test_help_names_every_topic_of_the_node(context: Any, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["vessel_sim", "controller"])
 def test_help_is_printed_where_the_encoding_lacks_characters(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    module, _ = found(name)
+    node_class = found(name)
     raw = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(raw, encoding="ascii", write_through=True))
-    assert module.main(["--help"]) == 0
+    assert run_node(node_class, ["--help"]) == 0
     assert b"kg?m?" in raw.getvalue()
 
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_an_unknown_argument_of_a_node_is_one_line_and_exit_code_2(capfd: pytest.CaptureFixture[str], name: str) -> None:
-    module, _ = found(name)
-    assert module.main(["--speed", "3"]) == 2
+    node_class = found(name)
+    assert run_node(node_class, ["--speed", "3"]) == 2
     captured = capfd.readouterr()
     (line,) = (captured.out + captured.err).splitlines()
     assert "--speed is not an argument of this node" in line

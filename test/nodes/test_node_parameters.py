@@ -257,7 +257,7 @@ def test_a_process_has_the_parameters_that_its_command_line_gives_last(
 ) -> None:
     line, taken = drawn(seed, namespace, tmp_path)
     assert len(taken) == len(DRAWN), "another seed gives each parameter a value"
-    node = Command([sys.executable, "-m", LOOP["controller"].module, *line], tmp_path, {})
+    node = Command([sys.executable, "-m", "vessel_hsmc_ros.nodes", "controller", *line], tmp_path, {})
     try:
         assert dict(zip(taken, answered(bench, f"{namespace}/controller", list(taken)), strict=True)) == taken
     finally:

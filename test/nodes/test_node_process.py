@@ -13,7 +13,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.parameter import Parameter
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS, NodeProgram
+from vessel_hsmc_ros.core.node_list import PROGRAMS, NodeProgram
 from vessel_hsmc_ros.nodes import process
 from vessel_hsmc_ros.nodes.base import WATCHER_NICENESS
 from vessel_hsmc_ros.nodes.markers import MarkerNode
@@ -81,7 +81,7 @@ def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(fai
     assert code == (process.FAILED if error is SimulationError else 0)
 
 
-@pytest.mark.parametrize("program", [*LOOP.values(), *WATCHERS.values(), *AUXILIARY.values()], ids=lambda node: node.executable)
+@pytest.mark.parametrize("program", PROGRAMS.values(), ids=lambda node: node.executable)
 def test_a_node_that_cannot_start_leaves_the_graph_although_its_error_is_kept(bench: Any, program: NodeProgram) -> None:
     for library in program.libraries:
         pytest.importorskip(library)

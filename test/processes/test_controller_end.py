@@ -54,7 +54,7 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench
 
     bench.probe.create_timer(0.02, send)
     settings = ["-p", "law:=guided", "-p", "rate_hz:=50.0", "-p", "start_enabled:=true", "-p", "vessel:=paper_ship"]
-    command = start("python", "-m", "vessel_hsmc_ros.nodes.controller", "--ros-args", *settings)
+    command = start("python", "-m", "vessel_hsmc_ros.nodes", "controller", "--ros-args", *settings)
 
     def spin() -> bool:
         bench.executor.spin_once(timeout_sec=0.02)
@@ -72,7 +72,7 @@ def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench
 
 
 def test_a_crash_of_native_code_leaves_its_stack_in_the_output(start: Any) -> None:
-    command = start("python", "-m", "vessel_hsmc_ros.nodes.markers")
+    command = start("python", "-m", "vessel_hsmc_ros.nodes", "markers")
     command.until(lambda: "real time" in command.text, 60.0)
     command.popen.send_signal(signal.SIGSEGV)
     assert command.wait(20.0) == -signal.SIGSEGV

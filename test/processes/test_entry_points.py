@@ -118,7 +118,7 @@ def test_nodes_import_no_library_but_those_they_declare(declaring: bool) -> None
     absent = {"px4"} if definitions.environment("px4_msgs") is None else set()
     programs = [program for name, program in PROGRAMS.items() if bool(program.libraries) == declaring and name not in absent]
     declared = {name for program in programs for name in program.libraries}
-    modules = [f"{each.module}.node" if each.module == "vessel_sim_node" else each.module for each in programs]
+    modules = [program.source for program in programs]
     assert import_without(tuple(name for name in ANALYSIS if name not in declared), modules) == ""
 
 
@@ -138,11 +138,9 @@ def test_the_help_of_every_verb_is_shown_where_all_libraries_are_missing_that_ve
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("module", ["vessel_hsmc_ros.nodes.controller", "vessel_hsmc_ros.nodes.recorder", "vessel_sim_node"])
-def test_a_node_run_as_a_module_without_ros_names_the_remedy_in_one_line(module: str) -> None:
-    code = (
-        f"import runpy; sys.argv[0] = '-m'; sys.orig_argv[1:] = '-m', {module!r}; runpy.run_module({module!r}, None, '__main__')"
-    )
+@pytest.mark.parametrize("name", ["controller", "recorder", "vessel_sim"])
+def test_a_node_run_by_its_name_without_ros_names_the_remedy_in_one_line(name: str) -> None:
+    code = f"import runpy; sys.argv[1:] = [{name!r}]; runpy.run_module('vessel_hsmc_ros.nodes', None, '__main__')"
     command = code_without(("rclpy",), code)
     done = subprocess.run(command, capture_output=True, text=True, timeout=120.0)
     assert done.returncode == 2

@@ -21,10 +21,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.cli.command import execute
-from vessel_hsmc_ros.core.node_list import taking_part
+from vessel_hsmc_ros.core.node_list import START_ORDER, taking_part
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.runs.processes import MODULES
 
 STEPS = 100
 WELL_UNDER_WAY = 500_000
@@ -46,7 +45,7 @@ def bag_size(folder: Any) -> Any:
 
 def nodes_of(command: Any) -> Any:
     lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
-    return {name: pid for name, module in MODULES.items() for pid, line in lines.items() if module in line}
+    return {name: pid for name in START_ORDER for pid, line in lines.items() if line[2:4] == ["vessel_hsmc_ros.nodes", name]}
 
 
 def check_bag(folder: Any) -> Any:

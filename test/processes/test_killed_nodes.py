@@ -91,8 +91,8 @@ def test_no_command_outlives_its_timeout_when_the_controller_is_killed_or_stoppe
 ) -> None:
     options = ("--ros-args", "-p", f"command_timeout:={TIMEOUT}")
     profiles = {PROFILES: str(share_directory() / "config" / "fastdds.xml")}
-    plant = start("python", "-m", "vessel_sim_node", *options, environment=profiles)
-    start("python", "-m", "vessel_hsmc_ros.boats.watchdog", *options, "-p", "ramp_time:=0.0", environment=profiles)
+    plant = start("python", "-m", "vessel_hsmc_ros.nodes", "vessel_sim", *options, environment=profiles)
+    start("python", "-m", "vessel_hsmc_ros.nodes", "watchdog", *options, "-p", "ramp_time:=0.0", environment=profiles)
     commander = start("python", "-c", COMMANDER, environment=profiles)
     plant.until(witness.drives, 90.0)
     commander.popen.send_signal(number)

@@ -13,7 +13,6 @@ from harness import Command
 from sockets import sockets_of
 
 from vessel_hsmc_ros.core.install_paths import PEERS, PROFILES, RANGE, TRANSPORTS, discovery, discovery_profiles, share_directory
-from vessel_hsmc_ros.core.node_list import LOOP
 
 DEADLINE = 60.0
 
@@ -30,7 +29,7 @@ def node(tmp_path: Path) -> Iterator[Callable[[str, dict[str, str]], Command]]:
     started: list[Command] = []
 
     def start(name: str, environment: dict[str, str]) -> Command:
-        started.append(Command([sys.executable, "-m", LOOP[name].module], tmp_path, environment))
+        started.append(Command([sys.executable, "-m", "vessel_hsmc_ros.nodes", name], tmp_path, environment))
         return started[-1]
 
     yield start

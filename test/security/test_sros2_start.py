@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from harness import Command
 
-from vessel_hsmc_ros.core.node_list import LOOP
 from vessel_hsmc_ros.nodes.ros_environment import ENABLE, KEYSTORE, start_error
 
 ENFORCED = {ENABLE: "true", "ROS_SECURITY_STRATEGY": "Enforce"}
@@ -14,7 +13,7 @@ CODE = 2
 
 
 def started(folder: Path, environment: dict[str, str]) -> tuple[int, str]:
-    command = Command([sys.executable, "-m", LOOP["controller"].module], folder, environment)
+    command = Command([sys.executable, "-m", "vessel_hsmc_ros.nodes", "controller"], folder, environment)
     return command.wait(60.0), command.text
 
 

@@ -281,11 +281,13 @@ def strings(column: Array) -> Array:
 
 
 def joined(parts: Iterable[Array]) -> Array:
-    """Concatenate the parts of a column; an array of objects if their shapes differ."""
+    """Concatenate the parts of a column; an array of objects if their shapes differ, or its texts would take too much memory."""
     columns = list(parts)
-    if len({column.shape[1:] for column in columns}) <= 1 and not _too_wide(columns):
+    count = sum(map(len, columns))
+    widest = max((column.itemsize // 4 for column in columns if column.dtype.kind == "U"), default=0)
+    if len({column.shape[1:] for column in columns}) <= 1 and widest * count <= LARGEST_TEXTS:
         return np.concatenate(columns) if columns else np.empty(0)
-    rows = np.empty(sum(map(len, columns)), dtype=object)
+    rows = np.empty(count, dtype=object)
     rows[:] = [row for column in columns for row in column]
     return rows
 
@@ -295,9 +297,3 @@ def texts(values: Sequence[str]) -> Array:
     column = np.empty(len(values), dtype=object)
     column[:] = values
     return column if len(values) * max(map(len, values), default=0) > LARGEST_TEXTS else np.array(values)
-
-
-def _too_wide(columns: Sequence[Array]) -> bool:
-    """Whether parts of a column of texts would take too much memory in the width of the widest."""
-    widest = max((column.itemsize // 4 for column in columns if column.dtype.kind == "U"), default=0)
-    return widest * sum(map(len, columns)) > LARGEST_TEXTS

@@ -193,7 +193,10 @@ class McapFile:
         if not self._pending:
             return
         self._write_pending()
-        rest = statistics(self.contents, self._chunks) + self._summarise()
+        present = len(self.contents.channels), len(self.contents.attachments), len(self.contents.metadata)
+        if present != self._summarised:  # encoded again only when there are new ones
+            self._summarised, self._definitions = present, definitions(self.contents)
+        rest = statistics(self.contents, self._chunks) + self._definitions
         size = len(self._index) + len(rest)
         if self._summary_bytes + size < SUMMARY_FLOOR + SUMMARY_SHARE * self.contents.end:
             self._file.set_summary(bytes(self._index) + rest)
@@ -208,14 +211,6 @@ class McapFile:
     def abandon(self) -> None:
         """Leave the file as it is on the disk, and release its descriptor."""
         self._file.abandon()
-
-    def _summarise(self) -> bytes:
-        """`definitions` of the contents, encoded again only when there are new ones."""
-        contents = self.contents
-        present = len(contents.channels), len(contents.attachments), len(contents.metadata)
-        if present != self._summarised:
-            self._summarised, self._definitions = present, definitions(contents)
-        return self._definitions
 
     def _write_pending(self) -> None:
         if self._pending:

@@ -60,16 +60,6 @@ class VesselRecord(NamedTuple):
     events: list[Event]  # as `Bag.events`
 
 
-def read_events(messages: Iterable[Any], start: int) -> list[Event]:
-    """The events in messages of the topic `events`, in the order of their times.
-
-    Args:
-        start: The time of its first odometry, ns.
-    """
-    events = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
-    return sorted(events, key=lambda event: event.time)
-
-
 def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
     """The new values of the parameters that events changed, by `node.parameter`."""
     changes: dict[str, object] = {}
@@ -81,19 +71,6 @@ def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
             except yaml.YAMLError as error:
                 raise BagError(f"event {event.text} cannot be read: {error}") from None
     return changes
-
-
-def last_diagnostics(messages: Iterable[Any], prefix: str) -> dict[str, dict[str, str]]:
-    """The last diagnostics of each node of one vessel: values by name, `message` among them.
-
-    Args:
-        messages: Of the topic `/diagnostics`.
-        prefix: The vessel's namespace, with its slashes.
-    """
-    status: dict[str, dict[str, str]] = {}
-    for message in messages:
-        status.update(read_status(message, prefix[1:]))
-    return status
 
 
 __all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
@@ -253,7 +230,9 @@ class Bag:
         if events is None:
             return []
         start = int(odometry.stamp.min()) if odometry is not None else self.start_time
-        return read_events((message for _, _, message in self.messages(events.name)), start)
+        messages = [message for _, _, message in self.messages(events.name)]
+        found = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
+        return sorted(found, key=lambda event: event.time)
 
     def diagnostics(self, namespace: str | None = None) -> dict[str, dict[str, str]]:
         """The last diagnostics of each node of one vessel: values by name, `message` among them.
@@ -265,8 +244,10 @@ class Bag:
             BagError: there is no such vessel, or there are several to choose from.
         """
         prefix = self.namespace(namespace)
-        messages = self.messages("/diagnostics") if self.readable("/diagnostics") else ()
-        return last_diagnostics((message for _, _, message in messages), prefix)
+        status: dict[str, dict[str, str]] = {}
+        for _, _, message in self.messages("/diagnostics") if self.readable("/diagnostics") else ():
+            status.update(read_status(message, prefix[1:]))
+        return status
 
     def readable(self, name: str) -> bool:
         """Whether a topic, by its full name, has messages that can be decoded."""

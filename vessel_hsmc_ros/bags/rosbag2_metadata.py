@@ -61,7 +61,19 @@ def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping
         "storage_identifier": "mcap",
         **_span(start, end),
         "message_count": sum(file.messages for file in files),
-        "topics_with_message_count": [{"topic_metadata": _topic_metadata(t), "message_count": t.count} for t in topics],
+        "topics_with_message_count": [
+            {
+                "topic_metadata": {
+                    "name": topic.name,
+                    "type": topic.kind,
+                    "serialization_format": topic.encoding,
+                    "offered_qos_profiles": topic.qos,
+                    "type_description_hash": topic.type_hash,
+                },
+                "message_count": topic.count,
+            }
+            for topic in topics
+        ],
         # Of rosbag2's own compression; that of MCAP chunks is not declared here.
         "compression_format": "",
         "compression_mode": "",
@@ -101,16 +113,6 @@ def yaml_text(document: Any) -> str:
     """YAML with the keys in their given order."""
     text: str = yaml.dump(document, Dumper=_DUMPER, sort_keys=False)
     return text
-
-
-def _topic_metadata(topic: Topic) -> dict[str, Any]:
-    return {
-        "name": topic.name,
-        "type": topic.kind,
-        "serialization_format": topic.encoding,
-        "offered_qos_profiles": topic.qos,
-        "type_description_hash": topic.type_hash,
-    }
 
 
 def _span(start: int, end: int) -> dict[str, Any]:

@@ -128,6 +128,9 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
     """Stamps and fields of the messages of each topic that the run has, by the names of RECORDED_TOPICS."""
     p, reference = published, _motion(published.reference, "pose", "twist")
     pose = {name: values for name, values in reference.items() if name.startswith("pose.")}
+    # What the node adds to the terms of a law that commands in every period; offline no time is taken.
+    count = len(p.control_stamp)
+    supervised = {"compute_time": np.full(count, math.nan), "operation": np.full(count, float(Operation.ACTIVE))}
     found = {
         "odom": (p.measured_at, _odometry(p.odometry)),
         "cmd_wrench": (p.stamp, _wrench(p.command)),
@@ -136,7 +139,7 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
         "dynamics/truth": (p.stamp, _vectors("accel", p.unforced_acceleration)),
         "reference": (p.reference_stamp, {**reference, **_vectors("acceleration", p.reference_acceleration)}),
         "reference/pose": (p.reference_stamp, pose),
-        "controller/state": (p.control_stamp, {**p.control, **_supervised(len(p.control_stamp))}),
+        "controller/state": (p.control_stamp, {**p.control, **supervised}),
         "/clock": (p.stamp, {}),
     }
     if p.truth is not None:
@@ -144,11 +147,6 @@ def contents(published: Published) -> dict[str, tuple[NDArray[np.int64], dict[st
     if p.estimate is not None:
         found["controller/estimate"] = p.control_stamp, _odometry(p.estimate)
     return {name: found[name] for name in RECORDED_TOPICS if name in found}
-
-
-def _supervised(count: int) -> dict[str, Array]:
-    """What the node adds to the terms of a law that commands in every period; offline no time is taken."""
-    return {"compute_time": np.full(count, math.nan), "operation": np.full(count, float(Operation.ACTIVE))}
 
 
 def _stream(name: str, stamps: NDArray[np.int64], columns: dict[str, Array], scenario: Scenario) -> Stream:

@@ -104,8 +104,11 @@ class BagWriter:
         try:  # not `_bag_errors`: a context manager costs time for every message
             if self._splitting.duration and self._split_after < 0:
                 self._begin_duration(log_time)
-            if self._is_full(log_time):
-                self._split()
+            size, duration = self._splitting.size, self._splitting.duration
+            if (size and self._file.size >= size) or (duration and log_time >= self._split_after):
+                self._finish_file(last=False)
+                self._begin_file()
+                self._write_metadata()
                 # From this message and not on a fixed grid: after a gap each message would else get a file of its own.
                 self._begin_duration(log_time)
             self._file.add_message(topic.channel, log_time, data, publish_time)
@@ -155,19 +158,9 @@ class BagWriter:
         described = {"offered_qos_profiles": yaml_text(topic.qos), "topic_type_hash": topic.type_hash}
         topic.channel = self._file.add_channel(topic.name, schema, described)
 
-    def _split(self) -> None:
-        self._finish_file(last=False)
-        self._begin_file()
-        self._write_metadata()
-
     def _begin_duration(self, log_time: int) -> None:
         """Let the duration of a file count from its first message, ns."""
         self._split_after = log_time + round(self._splitting.duration * NANOSECONDS)
-
-    def _is_full(self, log_time: int) -> bool:
-        """Whether the file has its size, or its duration is over at a time, ns."""
-        size, duration = self._splitting.size, self._splitting.duration
-        return bool((size and self._file.size >= size) or (duration and log_time >= self._split_after))
 
     def _finish_file(self, last: bool) -> None:
         self._file.commit()

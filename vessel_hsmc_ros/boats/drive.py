@@ -1,7 +1,6 @@
 """The drive node: gives commands the form that a stack takes, with a time-out, a ramp and zero at the end."""
 
 import math
-import sys
 import time
 from functools import partial
 from typing import Any
@@ -22,7 +21,6 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import NO_COMMAND, Command, CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite, is_finite
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
 
@@ -272,12 +270,3 @@ class DriveNode(VesselNode):
         """The status, and that of the commands."""
         level, text = self._input.problem() or (OK, "fresh")
         return [*super().diagnostic_tasks(), DiagnosticTask("command", level, text, self._input.values())]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(DriveNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,6 @@
 """The MAVLink node: makes odometry of the messages of an autopilot, and passes commands on to it."""
 
 import math
-import sys
 import time
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -32,7 +31,6 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 
@@ -307,12 +305,3 @@ class MavlinkNode(VesselNode):
         values = {"firmware": read.firmware, "system_id": p.system_id, "requests": p.stream_rate > 0.0, **read.values}
         failsafes = DiagnosticTask("failsafes", OK, f"{len(read.values)} parameters of the autopilot are known", values)
         return [*super().diagnostic_tasks(), autopilot, failsafes, *self._commands.diagnostic_tasks()]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(MavlinkNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

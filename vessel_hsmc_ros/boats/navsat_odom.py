@@ -1,7 +1,6 @@
 """The satellite-odometry node: odometry in the plane of a datum from satellite fixes, a heading and perhaps a velocity."""
 
 import math
-import sys
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -19,7 +18,6 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.epochs import Epochs
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 
@@ -314,12 +312,3 @@ class NavsatOdometryNode(VesselNode):
         if self._plane is None:
             return WARN, "waiting for a second fix: the datum is the first one that the next agrees with", values
         return OK, "running", values
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(NavsatOdometryNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

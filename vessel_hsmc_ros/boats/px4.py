@@ -1,7 +1,6 @@
 """The PX4 node: makes odometry of VehicleOdometry, and passes commands on as throttle and steering in the mode Offboard."""
 
 import math
-import sys
 import time
 from typing import Any
 
@@ -23,7 +22,6 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 
@@ -194,12 +192,3 @@ class Px4Node(VesselNode):
             DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}),
             DiagnosticTask("command", level, text, self._input.values()),
         ]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(Px4Node, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

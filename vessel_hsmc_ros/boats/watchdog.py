@@ -1,6 +1,5 @@
 """The watchdog node: passes commands on while they are fresh, and reports nodes that have fallen silent."""
 
-import sys
 import time
 from typing import Any
 
@@ -16,7 +15,6 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
 
@@ -132,12 +130,3 @@ class WatchdogNode(VesselNode):
             DiagnosticTask("command", level, text, self._input.values()),
             DiagnosticTask("heartbeat", *heartbeat, {f"{name}_age": age for name, age in ages.items()}),
         ]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(WatchdogNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

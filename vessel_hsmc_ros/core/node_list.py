@@ -7,16 +7,11 @@ from typing import NamedTuple
 class NodeProgram(NamedTuple):
     """Where a node is found, and what it needs."""
 
-    source: str  # the module with its class and its function `main`
+    source: str  # the module with its class
     kind: str  # the name of its class
     executable: str  # what `ros2 run` runs
     libraries: tuple[str, ...] = ()  # the modules that it imports beside ROS, NumPy and PyYAML
     parameters: str = ""  # module and class of its parameters, where they are not part of a scenario
-
-    @property
-    def module(self) -> str:
-        """What `python -m` runs: the module, or the package whose module is called `node`."""
-        return self.source.removesuffix(".node")
 
 
 PLANT = "vessel_sim"
@@ -26,6 +21,7 @@ CONTROLLER = "controller"
 ALLOCATION = "thruster_allocation"  # the node of the loop that takes part only where thrusters drive the ship
 RECORDER = "recorder"
 
+GROUP = "vessel_group"  # the nodes of several vessels in one process: not a node, and run like one
 RELAY = "fault_relay"  # the node that carries out scripted faults
 LOOP = {
     PLANT: NodeProgram("vessel_sim_node.node", "VesselSimNode", "vessel_sim_node"),
@@ -88,6 +84,7 @@ AUXILIARY = {
 }
 """Nodes that take part in a run only on demand, and whose parameters are not part of a scenario."""
 
+PROGRAMS = LOOP | AUXILIARY | WATCHERS  # all nodes: `python -m vessel_hsmc_ros.nodes NAME` runs one
 START_ORDER = tuple(reversed(LOOP))
 """The recorder starts first, so that it hears every node, and the plant, which sets the pace, starts last."""
 

@@ -82,6 +82,11 @@ class VesselNode(Node, metaclass=Whole):
     NICENESS: ClassVar[int] = 0
     black_box: BlackBox | None = None
 
+    @staticmethod
+    def take_options(arguments: Sequence[str]) -> list[str]:
+        """Take the options of OPTIONS from the arguments that are not of ROS; returns the others."""
+        return list(arguments)
+
     def __init__(self, command_line: Sequence[str] = (), **options: Any) -> None:
         self.compatibility = Compatibility(self)
         super().__init__(self.NAME, **options)

@@ -1,6 +1,5 @@
 """The controller node: runs a control law at a fixed rate on ROS time, and commands what its supervision allows."""
 
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -30,7 +29,6 @@ from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_
 from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough
 from vessel_hsmc_ros.nodes.controller_timer import RealTime
 from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
@@ -59,6 +57,7 @@ class ControllerNode(TimedNode):
                        ~/get_available_transitions, ~/get_transition_graph
     """
     OPTIONS = " [--law-file FILE]..."
+    take_options = staticmethod(load_named_files)
     FIXED = frozenset(
         {
             "lockstep",
@@ -348,12 +347,3 @@ class ControllerNode(TimedNode):
         """The node as a whole, its inputs, its output guard, and the health of law and timing."""
         guard, health = guard_task(self.loop.supervision), self.health.diagnostic_tasks(self.parameters.diagnostics)
         return [*super().diagnostic_tasks(), *self.inputs.diagnostic_tasks(), guard, *health]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Read the laws of every `--law-file FILE`, and run the node until a signal ends it."""
-    return run_node(ControllerNode, arguments, take_options=load_named_files)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

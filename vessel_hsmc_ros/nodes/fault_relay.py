@@ -1,7 +1,6 @@
 """The relay node: passes the messages of a loop on, and carries out the faults of a script on their way."""
 
 import math
-import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -25,7 +24,6 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.nodes.fault_sources import make_sources
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.fault_script import parse_script
 from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
 
@@ -241,12 +239,3 @@ def _read(path: str) -> FaultScript:
         return parse_script(Path(path).read_text(encoding="utf-8"), f"fault script {path}")
     except (OSError, UnicodeDecodeError) as error:
         raise ScenarioError(f"fault_relay.script = {path} cannot be read: {error}") from None
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(FaultRelayNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

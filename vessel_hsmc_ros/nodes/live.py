@@ -4,7 +4,6 @@ It subscribes to a topic only when a client has subscribed, and with best effort
 part in the start-up handshake of a run.
 """
 
-import sys
 from typing import Any
 
 import foxglove
@@ -16,7 +15,6 @@ from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, TYPES_OF_EVERY_NODE, WATCHED_TOPICS, definition
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario.parameters import LiveParameters
 
 NEW_RUN = 10 * NANOSECONDS
@@ -143,12 +141,3 @@ class LiveNode(VesselNode):
         """Number of advertised topics, of subscribed topics and of forwarded messages."""
         values = {"port": self._server.port, "topics": len(self._channels), "read": len(self._read), "messages": self._forwarded}
         return OK, "serving", values
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(LiveNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -4,7 +4,6 @@ It takes only the latest odometry and reference, a few times a second and best e
 """
 
 import math
-import sys
 from typing import Any
 
 from geometry_msgs.msg import Point, PoseStamped
@@ -18,7 +17,6 @@ from vessel_hsmc_ros.core.hull import triangles
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.transforms import transform_of
 from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
@@ -126,12 +124,3 @@ def fence_marker(fence: Fence) -> Marker:
     ends = [place for side in zip(fence.begin, fence.end, strict=True) for place in side]
     marker.points = [Point(x=float(place.real), y=float(place.imag), z=0.0) for place in ends]
     return marker
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(MarkerNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

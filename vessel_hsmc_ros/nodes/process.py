@@ -24,7 +24,7 @@ from rclpy.utilities import remove_ros_args
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.node_parameters import in_ros_names
 from vessel_hsmc_ros.nodes.ros_environment import start_error
@@ -44,23 +44,18 @@ The node's work is done by then, its last messages are published: a run that end
 """
 
 
-def run_node(
-    node_class: type[VesselNode],
-    arguments: list[str] | None = None,
-    take_options: Callable[[Sequence[str]], list[str]] = list,
-) -> int:
+def run_node(node_class: type[VesselNode], arguments: list[str] | None = None) -> int:
     """Run a node until it has finished, fails, or receives SIGINT or SIGTERM.
 
     The signals only request the shutdown: the node completes its work while its context is valid, whereas rclpy's own handlers
     would invalidate the context at once. After that work they are ignored, because Python restores the default handlers while
     it exits: a second Ctrl-C, such as one from the terminal and one from `ros2 launch`, would turn a normal exit into a death
     by signal. For the same reason rclpy must leave the handlers alone: it would restore the default ones for an instant.
-    `arguments`: command-line arguments; those of the process if None. `take_options`: takes the node's own options from the
-    arguments that are not of ROS, and returns the others. Returns the exit code: 0, or 1 when the node failed, or 2 when it
-    could not start.
+    `arguments`: command-line arguments; those of the process if None. Returns the exit code: 0, or 1 when the node failed, or 2
+    when it could not start.
     """
     trace_crashes()
-    if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments, take_options)) is not None:
+    if (code := _answer(node_class, sys.argv[1:] if arguments is None else arguments)) is not None:
         return code
     os.nice(node_class.NICENESS)  # before the middleware starts its threads, which inherit it
     received: list[int] = []  # the numbers of the signals, appended by the handler
@@ -84,12 +79,10 @@ def trace_crashes() -> None:
             faulthandler.enable()
 
 
-def _answer(
-    node_class: type[VesselNode], arguments: Sequence[str], take_options: Callable[[Sequence[str]], list[str]]
-) -> int | None:
+def _answer(node_class: type[VesselNode], arguments: Sequence[str]) -> int | None:
     """Print the help text if that is requested, or an error if an argument is wrong; None if the node is to run."""
     try:
-        unknown = unknown_argument(take_options(without_ros_arguments(arguments)))
+        unknown = unknown_argument(node_class.take_options(without_ros_arguments(arguments)))
     except RuntimeError:  # invalid ROS arguments, which rclpy.init reports
         return None
     except VesselHsmcError as error:
@@ -187,7 +180,7 @@ A parameters file has a section `{node}: ros__parameters:`. Documentation: READM
 
 def help_text(node_class: Any) -> str:
     """The help text of a node: its task, its topics and its parameters."""
-    program = (LOOP | AUXILIARY | WATCHERS)[node_class.NAME]
+    program = PROGRAMS[node_class.NAME]
     entries = schema.entries((parameters.NODES | parameters.AUXILIARY | parameters.WATCHERS)[node_class.NAME])
     example = next((entry for entry in entries.values() if entry.tunable), next(iter(entries.values())))
     return HELP.format(

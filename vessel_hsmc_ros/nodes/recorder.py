@@ -1,7 +1,6 @@
 """The recorder node: writes the serialized messages of its topics, unchanged, into an MCAP bag."""
 
 import re
-import sys
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -18,7 +17,7 @@ from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYP
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
-from vessel_hsmc_ros.nodes.process import run_in_batches, run_node
+from vessel_hsmc_ros.nodes.process import run_in_batches
 from vessel_hsmc_ros.nodes.reporting import recording
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
@@ -334,12 +333,3 @@ def _qualities(profile: QoSProfile) -> tuple[bool, bool]:
 def _in_words(profile: QoSProfile) -> str:
     reliable, latched = _qualities(profile)
     return f"{'reliable' if reliable else 'best effort'}, {'transient local' if latched else 'volatile'}"
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(RecorderNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

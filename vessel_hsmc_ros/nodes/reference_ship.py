@@ -3,7 +3,6 @@
 Paths are planned in a thread of its own, while the reference goes on.
 """
 
-import sys
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
@@ -24,7 +23,6 @@ from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.helm import Helm
 from vessel_hsmc_ros.nodes.pace import Pace
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import motion
 from vessel_hsmc_ros.nodes.vessel_sight import ObservedVessel
 from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
@@ -300,12 +298,3 @@ class ReferenceShipNode(VesselNode):
             zip(("surge_acceleration", "sway_acceleration", "yaw_acceleration"), self._ship.acceleration(), strict=True)
         )
         return [*super().diagnostic_tasks(), motion({"surge": u, "sway": v, "yaw_rate": r, **acceleration}, self._refused)]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(ReferenceShipNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,7 +1,6 @@
 """The thrust-allocation node: turns the commanded wrench into demands for single thrusters."""
 
 import math
-import sys
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
@@ -17,7 +16,6 @@ from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, Diagnosti
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
 from vessel_hsmc_ros.nodes.command_output import is_finite
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
-from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
@@ -238,12 +236,3 @@ class ThrusterAllocationNode(VesselNode):
         own, *_ = super().diagnostic_tasks()
         text = "fresh" if own.level == OK else own.message
         return [own, DiagnosticTask("command", own.level, text, self._input.values())]
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node until a signal ends it."""
-    return run_node(ThrusterAllocationNode, arguments)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

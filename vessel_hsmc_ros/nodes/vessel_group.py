@@ -110,7 +110,3 @@ def _at_work(error: Exception, nodes: Sequence[VesselNode]) -> VesselNode:
     """The node in whose callback an error occurred: an executor raises it and does not name the node."""
     owners = [frame.f_locals.get("self") for frame, _ in walk_tb(error.__traceback__)]
     return next((node for node in nodes for owner in owners if owner is node), nodes[0])
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -78,7 +78,7 @@ class Compiled:
     @property
     def stored(self) -> bool:
         """Whether a call needs no compilation."""
-        return self._call is not None or is_stored(self._name)
+        return self._call is not None or any(_stored(place / cache_key() / self._name) for place in cache_places())
 
     def __call__(self, *arguments: Any) -> Any:
         """Call the machine code, or the kernel itself; arguments with defaults may be left out."""
@@ -180,11 +180,8 @@ def _options(allocates: bool) -> dict[str, bool | str]:
 def _rebuilt(function: Any, kernels: Mapping[str, Function], allocates: bool) -> Function:
     """A copy of a kernel that calls compiled kernels."""
     used = {name: function.__globals__.get(name) for name in function.__code__.co_names} | dict(kernels)
-    return bound(function, **{name: _inner(value, allocates) for name, value in used.items() if _is_kernel(value)})
-
-
-def _is_kernel(value: object) -> bool:
-    return isinstance(value, types.FunctionType) and value in KERNELS
+    called = {name: each for name, each in used.items() if isinstance(each, types.FunctionType) and each in KERNELS}
+    return bound(function, **{name: _inner(each, allocates) for name, each in called.items()})
 
 
 PACKAGE = Path(__file__).parents[1]
@@ -238,11 +235,6 @@ def cached(name: str) -> Iterator[CacheEntry]:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield CacheEntry(folder, _stored(folder), True)
     _remove_stale(folder.parent)
-
-
-def is_stored(name: str) -> bool:
-    """Whether a kernel has an entry that is not empty."""
-    return any(_stored(place / cache_key() / name) for place in cache_places())
 
 
 def cache_places() -> list[Path]:

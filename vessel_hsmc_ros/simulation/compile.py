@@ -9,13 +9,12 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import make_reference
-from vessel_hsmc_ros.scenario.parameters import ReferenceParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
@@ -60,11 +59,6 @@ def compile_program(program: Program) -> None:
     make_loop(load_scenario(name, changes), 2).advance(2)
 
 
-def compile_reference(mode: str) -> None:
-    """Compile the reference of a mode, unless it is stored."""
-    reference_of(_reference_ship(mode), 100.0, 2)
-
-
 def is_compiled(scenario: Scenario) -> bool:
     """Whether the runs of a scenario are compiled."""
     return available() and scenario.controller.law in compilable_laws()
@@ -75,7 +69,8 @@ def ensure_compiled(scenarios: Iterable[Scenario]) -> None:
     if not available():
         return
     known = compilable_laws()
-    for program in {_program(each) for each in scenarios}:
+    given = ((each.controller, each.vessel_sim.by_thrusters) for each in scenarios)
+    for program in {Program(each.law, each.observer.enabled, by_thrusters) for each, by_thrusters in given}:
         if program.law in known and not _is_stored(program):
             compile_program(program)
 
@@ -91,8 +86,9 @@ def main(names: Sequence[str] = ()) -> None:
     wanted = [Program(name, observed) for name in names for observed in (False, True)]
     wanted = wanted or [*map(Program, compilable_laws()), *OFTEN]
     jobs = {str(program): partial(compile_program, program) for program in wanted if not _is_stored(program)}
-    modes = [] if names else [mode for mode in MODES if not _is_reference_stored(mode)]
-    jobs |= {f"reference {mode}": partial(compile_reference, mode) for mode in modes}
+    ships = {} if names else {mode: load_scenario("waypoints", {"reference_ship.mode": mode}).reference_ship for mode in MODES}
+    ships = {mode: ship for mode, ship in ships.items() if not compiled(cast("Any", make_reference(ship, 0.01)).follow).stored}
+    jobs |= {f"reference {mode}": partial(reference_of, ship, 100.0, 2) for mode, ship in ships.items()}
     if not jobs:
         return
     print("Compiling the control laws, about two minutes ...", flush=True)
@@ -103,25 +99,11 @@ def main(names: Sequence[str] = ()) -> None:
             print(f"{count} of {len(jobs)}: {running[done]}, {done.result():.1f} s", flush=True)
 
 
-def _program(scenario: Scenario) -> Program:
-    controller = scenario.controller
-    return Program(controller.law, controller.observer.enabled, scenario.vessel_sim.by_thrusters)
-
-
 def _is_stored(program: Program) -> bool:
     return compiled_loop(compilable_laws()[program.law], program.observed, program.by_thrusters).stored
 
 
-def _reference_ship(mode: str) -> ReferenceParameters:
-    return load_scenario("waypoints", {"reference_ship.mode": mode}).reference_ship
-
-
-def _is_reference_stored(mode: str) -> bool:
-    reference: Any = make_reference(_reference_ship(mode), 0.01)
-    return compiled(reference.follow).stored
-
-
-def _timed(job: Callable[[], None]) -> float:
+def _timed(job: Callable[[], object]) -> float:
     started = time.perf_counter()
     job()
     return time.perf_counter() - started

@@ -87,7 +87,7 @@ def test_a_node_runs_in_the_namespace_of_the_run_and_of_its_vessel(
 ) -> None:
     node, within = expected
     command = processes._command(name, Path("p.yaml"), namespace, group)
-    assert command[1:3] == ["-m", processes.MODULES[node]]
+    assert command[1:4] == ["-m", "vessel_hsmc_ros.nodes", node]
     assert command[command.index("--params-file") + 1] == "p.yaml"
     assert [part for part in command if part.startswith("__ns")] == ([f"__ns:={within}"] if within else [])
 

@@ -12,20 +12,11 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vessel_hsmc_ros.core import node_list
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
-from vessel_hsmc_ros.core.node_list import LOOP, PLANT, RECORDER, START_ORDER, taking_part
+from vessel_hsmc_ros.core.node_list import GROUP, PLANT, RECORDER, taking_part
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
-MODULES = {name: LOOP[name].module for name in START_ORDER}
-"""Modules of the nodes in the order of their start; the recorder is stopped last, so that it records all final messages."""
-
-AUXILIARY = {name: program.module for name, program in node_list.AUXILIARY.items()}  # nodes that take part on demand
-WATCHERS = {name: program.module for name, program in node_list.WATCHERS.items()}
-"""Nodes that only observe a run: their failure does not affect it."""
-
-VESSEL_GROUP = "vessel_hsmc_ros.nodes.vessel_group"  # the module that runs the nodes of several vessels in one process
 STOP_LIMIT = 8.0  # time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines
 LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: {message}", "RCUTILS_COLORIZED_OUTPUT": "0"}
 """The log of a node is searched for its errors, whatever format the user prefers on a terminal."""
@@ -99,10 +90,10 @@ class NodeGroup:
 
     Args:
         namespace: Their namespace, without leading and trailing slashes.
-        names: The nodes to start, from MODULES, AUXILIARY or WATCHERS; those of a fleet with the namespaces of their vessels,
+        names: The nodes to start, from PROGRAMS; those of a fleet with the namespaces of their vessels,
             such as `vessel_2/controller`.
         extra: Further ROS arguments of nodes, by their names.
-        groups: Vessels whose nodes share a process, as arguments of the module VESSEL_GROUP, by names among `names`.
+        groups: Vessels whose nodes share a process, as arguments of `vessel_group`, by names among `names`.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
@@ -197,8 +188,7 @@ def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] |
     arguments = ["--ros-args", "--params-file", str(parameters)]
     if within := "/".join(part for part in (namespace, vessel) if part):
         arguments += ["-r", f"__ns:=/{within}"]
-    module = VESSEL_GROUP if group else (MODULES | AUXILIARY | WATCHERS)[node]
-    return [sys.executable, "-m", module, *(group or ()), *options, *arguments]
+    return [sys.executable, "-m", "vessel_hsmc_ros.nodes", *((GROUP, *group) if group else (node,)), *options, *arguments]
 
 
 def _reserve(file: int) -> None:

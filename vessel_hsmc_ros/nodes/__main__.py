@@ -1,0 +1,17 @@
+"""`python -m vessel_hsmc_ros.nodes NAME` runs a node by its name, with the arguments that follow; or the nodes of vessels."""
+
+import sys
+
+from vessel_hsmc_ros.core.node_list import GROUP, PROGRAMS
+from vessel_hsmc_ros.nodes.entry_points import end_on_interrupt, entry_point
+
+if __name__ == "__main__":
+    end_on_interrupt()
+    name = sys.argv.pop(1) if len(sys.argv) > 1 else ""
+    if name == GROUP:
+        from vessel_hsmc_ros.nodes import vessel_group
+
+        sys.exit(vessel_group.main())
+    if name not in PROGRAMS:
+        sys.exit(f"NAME must be one of {', '.join(PROGRAMS)} (got {name or 'none'})")
+    sys.exit(entry_point(PROGRAMS[name])())
