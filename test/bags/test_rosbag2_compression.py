@@ -1,6 +1,7 @@
 """Bags that rosbag2 compressed itself, file by file or message by message, are read like any other."""
 
 import gc
+import re
 from pathlib import Path
 from typing import Any
 
@@ -144,15 +145,15 @@ def test_a_compressed_file_that_was_cut_off_is_read_up_to_where_it_breaks_off(tm
 @pytest.mark.parametrize(
     ("kind", "mode", "expected"),
     [
-        ("lz4", "FILE", "is compressed as lz4: only zstd is read"),
-        ("zstd", "CHUNK", "has the compression mode CHUNK: only FILE and MESSAGE are read"),
-        ("", "MESSAGE", "has the compression mode MESSAGE, but no compression format: only zstd is read"),
+        ("lz4", "FILE", "must be compressed as zstd by FILE or MESSAGE (got format lz4, mode FILE)"),
+        ("zstd", "CHUNK", "(got format zstd, mode CHUNK)"),
+        ("", "MESSAGE", "(got format none, mode MESSAGE)"),
     ],
 )
 def test_an_unknown_compression_is_refused_by_name(tmp_path: Path, kind: str, mode: str, expected: str) -> None:
     write_run(tmp_path / "bag", 2)
     declare(tmp_path / "bag", kind, mode)
-    with pytest.raises(BagError, match=expected):
+    with pytest.raises(BagError, match=re.escape(expected)):
         open_bag(tmp_path / "bag")
 
 

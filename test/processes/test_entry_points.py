@@ -11,19 +11,13 @@ import pytest
 from vessel_hsmc_ros.cli.command import VERBS
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import require, share_directory
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import GROUP, LOOP, PROGRAMS
 
-NODES = {
-    "controller": "vessel_hsmc_ros.nodes.controller",
-    "vessel_sim": "vessel_sim_node.node",
-    "reference_ship": "vessel_hsmc_ros.nodes.reference_ship",
-}
 ANALYSIS = (
     *("click", "foxglove", "geographiclib", "jinja2", "llvmlite", "lz4", "matplotlib", "mcap", "mcap_ros2", "numba", "optuna"),
     *("plotly", "rich", "rosbags", "scipy", "zstandard"),
 )
 """Libraries that nodes and verbs need only where they declare it."""
-PROGRAMS = {**LOOP, **AUXILIARY, **WATCHERS}
 
 
 def code_without(modules: tuple[str, ...], code: str) -> list[str]:
@@ -63,11 +57,12 @@ def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, m
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", NODES)
+@pytest.mark.parametrize("name", ["controller", "vessel_sim", "reference_ship"])
 def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_path: Path) -> None:
     """It starts, and ends in order after SIGINT, whose handler is installed before rclpy is initialised."""
     code = (
-        f"import signal, threading, time; from {NODES[name]} import main\n"
+        "import signal, threading, time\n"
+        f"from {LOOP[name].source} import {LOOP[name].kind} as Kind; from vessel_hsmc_ros.nodes.process import run_node\n"
         "sys.argv[1:] = ['--ros-args', '-p', 'lockstep:=false']\n"
         "def interrupt():\n"
         "    import rclpy\n"
@@ -75,18 +70,18 @@ def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_p
         "        time.sleep(0.01)\n"
         "    signal.raise_signal(signal.SIGINT)\n"
         "threading.Thread(target=interrupt, daemon=True).start()\n"
-        "sys.exit(main())"
+        "sys.exit(run_node(Kind))"
     )
     done = subprocess.run(code_without(ANALYSIS, code), cwd=tmp_path, capture_output=True, text=True, timeout=120.0)
     assert "ModuleNotFoundError" not in done.stderr
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("module", ["vessel_hsmc_ros.nodes.controller", "vessel_hsmc_ros.nodes.vessel_group", "vessel_sim_node"])
-def test_a_node_that_is_interrupted_while_it_imports_ends_without_a_traceback(module: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["controller", GROUP, "vessel_sim"])
+def test_a_node_that_is_interrupted_while_it_imports_ends_without_a_traceback(name: str, tmp_path: Path) -> None:
     (tmp_path / "yaml.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n", encoding="utf-8")
     path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
-    command = [sys.executable, "-m", module]
+    command = [sys.executable, "-m", "vessel_hsmc_ros.nodes", name]
     done = subprocess.run(command, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, timeout=120.0)
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -43,12 +43,9 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
     mode = str(information.get("compression_mode") or "").upper()
     if mode in ("", "NONE") and not kind:
         return False
-    if not kind:
-        raise BagError(f"bag {bag} has the compression mode {mode}, but no compression format: only zstd is read")
-    if kind != "zstd":
-        raise BagError(f"bag {bag} is compressed as {kind}: only zstd is read; `ros2 bag convert` can rewrite it")
-    if mode not in ("FILE", "MESSAGE"):
-        raise BagError(f"bag {bag} has the compression mode {mode or 'none'}: only FILE and MESSAGE are read")
+    if kind != "zstd" or mode not in ("FILE", "MESSAGE"):
+        given = f"format {kind or 'none'}, mode {mode or 'none'}"
+        raise BagError(f"bag {bag} must be compressed as zstd by FILE or MESSAGE (got {given}): `ros2 bag convert` rewrites it")
     return mode == "MESSAGE"
 
 
@@ -74,28 +71,19 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     """The Message records of a chunk with their data decompressed. Raises BagError if a message is damaged."""
     decompressor = zstandard.ZstdDecompressor()
     parts: list[bytes] = []
-    for opcode, start, end in _records(path, records):
-        if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
-            continue
-        _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
-        data = _decompressed(path, decompressor, records[start + MESSAGE_HEADER.size : end])
-        parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
-    return b"".join(parts)
-
-
-def _records(path: Path, records: bytes) -> Iterator[tuple[int, int, int]]:
     try:
-        yield from chunk_records(records)
+        for opcode, start, end in chunk_records(records):
+            if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
+                continue
+            _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
+            # The limit takes effect if the frame does not declare its size.
+            data = decompressor.decompress(records[start + MESSAGE_HEADER.size : end], max_output_size=LARGEST_CHUNK)
+            parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
     except struct.error:
         raise BagError(f"{path} is damaged: a record of a chunk is cut off") from None
-
-
-def _decompressed(path: Path, decompressor: zstandard.ZstdDecompressor, data: bytes) -> bytes:
-    try:
-        # The limit takes effect if the frame does not declare its size.
-        return decompressor.decompress(data, max_output_size=LARGEST_CHUNK)
     except (zstandard.ZstdError, MemoryError) as error:
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
+    return b"".join(parts)
 
 
 BLOCK = 1 << 22  # bytes of records that are decoded together: enough messages of each topic for NumPy to pay, little memory
@@ -164,11 +152,19 @@ class BagFiles:
                 yield RawMessage(contents.channels[channel].topic, log_time, publish_time, data)
 
     def _chunks(self, contents: Contents) -> Iterator[bytes]:
+        """The uncompressed records of each chunk, and those outside of chunks."""
         try:
-            for data in _chunks(contents):
-                yield decompress_messages(contents.path, data) if self._compressed_messages else data
+            with contents.path.open("rb") as stream:
+                for index in contents.chunks:
+                    yield self._decompressed(contents.path, chunk_bytes(contents.path, stream, index))
+            for opcode, _, content in file_records(contents.path) if contents.loose else ():
+                if opcode == Opcode.MESSAGE:
+                    yield self._decompressed(contents.path, RECORD_HEADER.pack(opcode, len(content)) + content)
         except OSError as error:
             raise BagError(f"{contents.path} cannot be read: {error.strerror}") from None
+
+    def _decompressed(self, path: Path, records: bytes) -> bytes:
+        return decompress_messages(path, records) if self._compressed_messages else records
 
 
 def channel_offsets(contents: Contents, block: bytes) -> dict[int, list[int]]:
@@ -271,16 +267,6 @@ def _named(information: Mapping[str, Any]) -> list[str]:
 
 def _visible(folder: Path, suffix: str) -> list[Path]:
     return [file for file in folder.glob(f"*{suffix}") if not file.name.startswith(".")]
-
-
-def _chunks(contents: Contents) -> Iterator[bytes]:
-    with contents.path.open("rb") as stream:
-        for index in contents.chunks:
-            yield chunk_bytes(contents.path, stream, index)
-    if contents.loose:
-        for opcode, _, content in file_records(contents.path):
-            if opcode == Opcode.MESSAGE:
-                yield RECORD_HEADER.pack(opcode, len(content)) + content
 
 
 def _number(path: Path) -> tuple[int, str]:
