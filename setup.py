@@ -36,7 +36,7 @@ def data_files() -> list[tuple[str, list[str]]]:
 def executables() -> list[str]:
     """List the executables of the nodes, as the package's list of nodes names them."""
     listed = runpy.run_path(str(ROOT / PACKAGE / "core" / "node_list.py"))
-    programs = (listed["LOOP"] | listed["WATCHERS"] | listed["AUXILIARY"]).values()
+    programs = listed["PROGRAMS"].values()
     return [f"{each.executable} = {PACKAGE}.nodes.entry_points:{each.executable}" for each in programs]
 
 

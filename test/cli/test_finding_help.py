@@ -10,7 +10,7 @@ from vessel_hsmc_ros.cli.command import GROUPS, VERBS, cli
 from vessel_hsmc_ros.cli.parameters import matching
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
 
 
@@ -75,7 +75,7 @@ def test_a_word_is_found_in_names_and_meanings_whatever_its_case() -> None:
     assert [record["name"] for record in matching("WatchDog.Ramp")] == ["watchdog.ramp_time"]
     for word in ("vehiclestatus", "pierson"):
         assert matching(word) == matching(word.upper()) != []
-    declared = [f"{node}.{name}" for node, cls in (NODES | AUXILIARY | WATCHERS).items() for name in schema.entries(cls)]
+    declared = [f"{node}.{name}" for node, cls in (NODES | WATCHERS).items() for name in schema.entries(cls)]
     assert [record["name"] for record in matching("")] == declared
 
 

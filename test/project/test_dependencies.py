@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from vessel_hsmc_ros.cli.command import LIBRARIES
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import PROGRAMS
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN = {"vessel_hsmc_ros", "vessel_sim_node"}
@@ -97,7 +97,7 @@ def test_nodes_alone_need_no_library_of_the_command_and_pip_is_called_only_where
 
 def test_the_table_of_libraries_names_what_each_program_declares() -> None:
     rows = (ROOT / "docs" / "installing.md").read_text(encoding="utf-8").partition("## Who needs")[2].splitlines()
-    declared = LIBRARIES | {each.executable: each.libraries for each in (LOOP | WATCHERS | AUXILIARY).values()}
+    declared = LIBRARIES | {each.executable: each.libraries for each in PROGRAMS.values()}
     for name, libraries in declared.items():
         (row,) = (row.split(" | ")[1] for row in rows if f"`{name}`" in row.partition(" | ")[0])
         assert {DISTRIBUTIONS.get(each, each) for each in libraries} <= set(re.findall(r"[\w-]+", row)), name

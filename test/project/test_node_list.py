@@ -6,7 +6,7 @@ from importlib.metadata import entry_points
 import definitions
 import pytest
 
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, PROGRAMS, WATCHERS
+from vessel_hsmc_ros.core.node_list import LOOP, PROGRAMS, WATCHERS
 from vessel_hsmc_ros.nodes import entry_points as node_scripts
 from vessel_hsmc_ros.scenario import parameters
 
@@ -14,7 +14,6 @@ from vessel_hsmc_ros.scenario import parameters
 def test_every_node_declares_its_parameters() -> None:
     assert list(parameters.NODES) == list(LOOP)
     assert parameters.WATCHERS.keys() == WATCHERS.keys()
-    assert parameters.AUXILIARY.keys() == AUXILIARY.keys()
 
 
 @pytest.mark.parametrize("name", PROGRAMS)

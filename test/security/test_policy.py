@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.node_list import AUXILIARY, LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.messages.topics import WATCHED_TOPICS
 
 POLICY = ElementTree.parse(share_directory() / "config" / "security" / "policy.xml").getroot()  # noqa: S314 - our own file
@@ -20,7 +20,7 @@ CHILDREN = {
     "actions": {"action"},
 }
 QUALIFIERS = {"topics": {"publish", "subscribe"}, "services": {"reply", "request"}, "actions": {"call", "execute"}}
-NODES = (*LOOP, *WATCHERS, *AUXILIARY, "replay")
+NODES = (*PROGRAMS, "replay")
 SENSORS = {"fix", "fix_2", "imu", "heading", "fix_velocity", "course", "speed"}
 DRIVES = {"normalised_wrench", "cmd_vel", "throttle", "steering"}
 PX4 = {f"fmu/in/{name}" for name in ("offboard_control_mode", "rover_throttle_setpoint", "rover_steering_setpoint")}

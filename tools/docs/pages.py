@@ -14,7 +14,7 @@ from remedies import REMEDIES
 from vessel_hsmc_ros.boats.interfaces import Interface, commands, interfaces
 from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -98,7 +98,7 @@ BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 def parameter_page() -> str:
     """A Markdown page with one table per node."""
-    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | AUXILIARY | WATCHERS).items())
+    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | WATCHERS).items())
 
 
 def _table(cls: type) -> str:

@@ -8,7 +8,7 @@ from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import json_option, law_file_option, print_json
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.parameters import AUXILIARY, NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
 
 @click.command()
@@ -34,7 +34,7 @@ def matching(word: str) -> list[dict[str, Any]]:
     Returns a record for each: name with its node, default, allowed values, meaning, and whether it can be changed at run time.
     """
     found = []
-    for node, cls in (NODES | AUXILIARY | WATCHERS).items():
+    for node, cls in (NODES | WATCHERS).items():
         for name, entry in schema.entries(cls).items():
             if word.casefold() in f"{node}.{name} {entry.description}".casefold():
                 default = list(entry.default) if isinstance(entry.default, tuple) else entry.default

@@ -33,6 +33,12 @@ LOOP = {
 """The nodes of a closed loop, whose parameters make a scenario."""
 
 WATCHERS = {
+    RELAY: NodeProgram(
+        "vessel_hsmc_ros.nodes.fault_relay",
+        "FaultRelayNode",
+        "fault_relay_node",
+        parameters="vessel_hsmc_ros.scenario.watcher_parameters:FaultRelayParameters",
+    ),
     "live": NodeProgram(
         "vessel_hsmc_ros.nodes.live",
         "LiveNode",
@@ -77,14 +83,9 @@ WATCHERS = {
         parameters="vessel_hsmc_ros.boats.autopilot_parameters:Px4Parameters",
     ),
 }
-"""Nodes outside the closed loop: a run takes place without them."""
+"""Nodes outside the closed loop: a run takes place without them, and their parameters are not part of a scenario."""
 
-AUXILIARY = {
-    RELAY: NodeProgram("vessel_hsmc_ros.nodes.fault_relay", "FaultRelayNode", "fault_relay_node"),
-}
-"""Nodes that take part in a run only on demand, and whose parameters are not part of a scenario."""
-
-PROGRAMS = LOOP | AUXILIARY | WATCHERS  # all nodes: `python -m vessel_hsmc_ros.nodes NAME` runs one
+PROGRAMS = LOOP | WATCHERS  # all nodes: `python -m vessel_hsmc_ros.nodes NAME` runs one
 START_ORDER = tuple(reversed(LOOP))
 """The recorder starts first, so that it hears every node, and the plant, which sets the pace, starts last."""
 

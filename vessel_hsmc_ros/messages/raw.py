@@ -21,6 +21,11 @@ def message_class(kind: str) -> Any:
     return getattr(import_module(f"{package}.msg"), name)
 
 
+def type_name(message_type: Any) -> str:
+    """The type of a class of messages, such as `nav_msgs/msg/Odometry`."""
+    return f"{message_type.__module__.partition('.')[0]}/msg/{message_type.__name__}"
+
+
 def begins_with_stamp(message_type: Any) -> bool:
     """Whether the serialised messages of a class begin with a time stamp, so that `stamp` reads it."""
     return next(iter(message_type.get_fields_and_field_types().values()), "") in _STAMPED

@@ -26,7 +26,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from vessel_hsmc_ros.bags.black_box import WRITER, Head, Message
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages import conversions, raw
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 from vessel_hsmc_ros.scenario.parameters_file import tree
@@ -53,13 +53,12 @@ class BlackBox:
     def keep(self, topic: str, message: Any, data: bytes = b"") -> None:
         """Keep a message of a topic, given by its full name; `data` is its serialized form, where that is known."""
         data = data or serialize_message(message)
-        kind = type(message)
         if len(data) > MEMORY:  # it would displace all others
             text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(data) / 1e6:.0f} MB)"
             self._node.get_logger().warning(f"{text}: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
-        self._kept.append((now, (self._stamp(), topic, f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}", data)))
+        self._kept.append((now, (self._stamp(), topic, raw.type_name(type(message)), data)))
         self._size += len(data)
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
             self._size -= len(self._kept.popleft()[1][-1])

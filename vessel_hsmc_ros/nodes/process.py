@@ -181,7 +181,7 @@ A parameters file has a section `{node}: ros__parameters:`. Documentation: READM
 def help_text(node_class: Any) -> str:
     """The help text of a node: its task, its topics and its parameters."""
     program = PROGRAMS[node_class.NAME]
-    entries = schema.entries((parameters.NODES | parameters.AUXILIARY | parameters.WATCHERS)[node_class.NAME])
+    entries = schema.entries((parameters.NODES | parameters.WATCHERS)[node_class.NAME])
     example = next((entry for entry in entries.values() if entry.tunable), next(iter(entries.values())))
     return HELP.format(
         executable=program.executable,

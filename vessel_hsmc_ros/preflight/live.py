@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages import state_columns as types
-from vessel_hsmc_ros.messages.raw import message_class
+from vessel_hsmc_ros.messages.raw import message_class, type_name
 from vessel_hsmc_ros.messages.state_columns import columns_of_messages
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
@@ -253,7 +253,7 @@ class LiveConnection:
         readers = _endpoints(node.get_subscriptions_info_by_topic(name))
         messages = [message for _, message in received]
         times = np.array([moment for moment, _ in received])
-        columns = columns_of_messages(_type_of(messages[0]), messages) if messages else {}
+        columns = columns_of_messages(type_name(type(messages[0])), messages) if messages else {}
         return Topic(name, publishers, readers, times, columns)
 
 
@@ -269,8 +269,3 @@ def _endpoints(infos: Iterable[Any]) -> tuple[Endpoint, ...]:
         for info in infos
         if not info.node_name.startswith("_")
     )
-
-
-def _type_of(message: Any) -> str:
-    """The type of a message, such as `nav_msgs/msg/Odometry`."""
-    return f"{type(message).__module__.split('.')[0]}/msg/{type(message).__name__}"

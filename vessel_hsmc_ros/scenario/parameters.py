@@ -29,7 +29,6 @@ from vessel_hsmc_ros.scenario.common_parameters import (
     transform,
     world_frames,
 )
-from vessel_hsmc_ros.scenario.watcher_parameters import AUXILIARY as AUXILIARY
 from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
 from vessel_hsmc_ros.scenario.watcher_parameters import RecorderParameters as RecorderParameters

@@ -61,6 +61,3 @@ class FaultRelayParameters(CommonParameters):
     script: str = parameter("", "The fault script; empty for none.")
     topics: tuple[str, ...] = parameter(("odom", "reference", "cmd_wrench"), "Topics to pass on, each below relayed/.")
     rate_hz: float = rate("Rate of the plant, by which the relay counts the steps of a lockstep run.")
-
-
-AUXILIARY: dict[str, type] = {"fault_relay": FaultRelayParameters}  # nodes whose parameters are not part of a scenario

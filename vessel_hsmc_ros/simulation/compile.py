@@ -85,7 +85,7 @@ def main(names: Sequence[str] = ()) -> None:
         return
     wanted = [Program(name, observed) for name in names for observed in (False, True)]
     wanted = wanted or [*map(Program, compilable_laws()), *OFTEN]
-    jobs = {str(program): partial(compile_program, program) for program in wanted if not _is_stored(program)}
+    jobs: dict[str, Callable[[], object]] = {str(each): partial(compile_program, each) for each in wanted if not _is_stored(each)}
     ships = {} if names else {mode: load_scenario("waypoints", {"reference_ship.mode": mode}).reference_ship for mode in MODES}
     ships = {mode: ship for mode, ship in ships.items() if not compiled(cast("Any", make_reference(ship, 0.01)).follow).stored}
     jobs |= {f"reference {mode}": partial(reference_of, ship, 100.0, 2) for mode, ship in ships.items()}
