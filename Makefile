@@ -36,7 +36,7 @@ setup:  ## create the virtual environment with what running needs, and the packa
 tools:  ## setup, and what tests, checks, wheels and studies need: campaigns, tuning, the live view
 	$(LOCKED) $(VENV)/.tools
 
-laws: setup  ## compile the control laws beforehand, about two minutes; otherwise the first simulation of each does
+laws: setup  ## compile the control laws beforehand, about four minutes; otherwise the first simulation of each does
 	@$(BIN)/python -m vessel_hsmc_ros.simulation.compile
 
 definitions: tools  ## compile the messages of other packages that tests speak, about a minute; otherwise their tests do

@@ -129,13 +129,13 @@ def timer(duration: float) -> None:
 
 
 def nodes(parent: int) -> dict[str, int]:
-    """Process ids of the nodes that a process has started, by module."""
+    """Process ids of the nodes that a process has started, by name."""
     found: dict[str, int] = {}
     with suppress(OSError):
         for child in Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="ascii").split():
             words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
             if "-m" in words and "--ros-args" in words:
-                found[words[words.index("-m") + 1].rsplit(".", 1)[-1]] = int(child)
+                found[words[words.index("-m") + 2]] = int(child)
     return found
 
 

@@ -98,7 +98,11 @@ def test_a_killed_node_of_a_vessel_ends_the_run_and_is_named_with_it(start: Star
         found = [pid for pid in children(command.popen.pid) if "__ns:=/vessel_2" in command_line(pid)]
         bags = list(command.output.parent.glob("runs/*/bag/*.mcap"))
         running = bags and bags[0].stat().st_size > 100_000
-        return next((pid for pid in found if "vessel_hsmc_ros.nodes.controller" in command_line(pid)), None) if running else None
+        return (
+            next((pid for pid in found if command_line(pid)[2:4] == ["vessel_hsmc_ros.nodes", "controller"]), None)
+            if running
+            else None
+        )
 
     os.kill(command.until(controller, COMMAND_LIMIT), signal.SIGKILL)  # type: ignore[arg-type]
     assert command.wait(COMMAND_LIMIT) == 1

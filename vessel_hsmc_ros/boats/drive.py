@@ -12,7 +12,6 @@ from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.parameters import DriveParameters
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
@@ -96,6 +95,7 @@ class DriveNode(VesselNode):
     """
 
     NAME = "drive"
+    REAL_TIME = "a drive works"
     INTERFACE = """
         subscribes to  cmd_wrench; controller/state with the form cmd_vel
         publishes      normalised_wrench, cmd_vel, or throttle and steering, by its form
@@ -106,8 +106,6 @@ class DriveNode(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        if p.lockstep:
-            raise ParameterError("drive.lockstep = True is not allowed: a drive works in real time")
         self._curve = p.pwm.curve()
         self._input: CommandInput | ThrustInput = (
             ThrustInput(self, p.pwm.thrusters, p.command_timeout)
@@ -119,7 +117,6 @@ class DriveNode(VesselNode):
         self._latch = StopLatch(self, "the output", self._send_zero)
         self._zeros = LAST_COMMANDS
         self._sent = 0
-        self._problem = RecentProblem()
         self._outputs = self._advertise(p.form)
         if p.form != "pwm":
             self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
@@ -177,7 +174,7 @@ class DriveNode(VesselNode):
         age = math.inf if state is None else seconds(self.now() - conversions.nanoseconds(state.header.stamp))
         if state is None or not -p.freshness.future_tolerance <= age <= p.command_timeout:
             topic = self.resolve_topic_name("controller/state")
-            self._report(f"no recent message on {topic}, which has the surge speed and the yaw rate for cmd_vel")
+            self.refuse(f"no recent message on {topic}, which has the surge speed and the yaw rate for cmd_vel")
             return None
         if state.operation != ControlState.ACTIVE:
             return None
@@ -189,7 +186,7 @@ class DriveNode(VesselNode):
             r += state.yaw_surface + p.response_time * moment / p.yaw_inertia
             lacking = "surge speed and yaw rate with their surfaces, which response_time > 0 needs"
         if not is_finite((u, r)):
-            self._report(f"the law commands no {lacking}: for cmd_vel use one that does, such as guided")
+            self.refuse(f"the law commands no {lacking}: for cmd_vel use one that does, such as guided")
             return None
         return clip(u, p.surge_speed_limit), clip(r, p.yaw_rate_limit)
 
@@ -207,7 +204,7 @@ class DriveNode(VesselNode):
         self._publish(tuple(share * part for part in self._command))
 
     def _publish(self, command: tuple[float, ...]) -> None:
-        p, command = self.parameters, finite(command, self._report)
+        p, command = self.parameters, finite(command, self.refuse)
         if p.form == "pwm":
             for publisher, thrust, sign in zip(self._outputs.values(), command, p.pwm.signs(), strict=True):
                 pulse = p.pwm.neutral + sign * (self._curve.pulse(thrust) - p.pwm.neutral)
@@ -240,10 +237,6 @@ class DriveNode(VesselNode):
         self._command = (0.0,) * len(self._command)
         self._publish(self._command)
 
-    def _report(self, text: str) -> None:
-        self._problem.report(ERROR, text)
-        self.get_logger().error(text, throttle_duration_sec=5.0)
-
     def retune(self, parameters: DriveParameters) -> None:
         """Take a changed time-out."""
         self._input.retune(parameters.command_timeout)
@@ -262,8 +255,8 @@ class DriveNode(VesselNode):
         values = {"share": self._latch.share, "sent": self._sent, "stopped": self._latch.stopped}
         if self._latch.stopped:
             return WARN, self._latch.text, values
-        if self._problem.current:
-            return *self._problem.current, values
+        if self.problem.current:
+            return *self.problem.current, values
         return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:

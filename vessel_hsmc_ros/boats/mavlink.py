@@ -26,12 +26,10 @@ from vessel_hsmc_ros.boats.mavlink_messages import (
 )
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
 from vessel_hsmc_ros.boats.takeover import Takeover
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 
 POLL_PERIOD = 0.01  # time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect
@@ -50,6 +48,7 @@ class MavlinkNode(VesselNode):
     """
 
     NAME = "mavlink"
+    REAL_TIME = "an autopilot works"
     INTERFACE = """
         subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
         publishes      odom, applied_wrench, events
@@ -60,8 +59,6 @@ class MavlinkNode(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        if p.lockstep:
-            raise ParameterError("mavlink.lockstep = True is not allowed: an autopilot works in real time")
         self._link = Link(p.connection, p.baud, p.system_id, p.target_system)
         self._handover = Handover(p.mode_number, p.heartbeat_timeout, {number: name for name, number in SURFACE_MODES.items()})
         self._sticks = Sticks([int(c) for c in p.stick_channels], p.stick_threshold)
@@ -74,7 +71,6 @@ class MavlinkNode(VesselNode):
         self._requested = -math.inf
         self._origin: tuple[float, float] | None = None
         self._filter = ""
-        self._problem = RecentProblem()
         self._command: tuple[float, ...] = ()
         self._zeros, self._releases = LAST_COMMANDS, 0
         self._create_topics()
@@ -90,7 +86,7 @@ class MavlinkNode(VesselNode):
         self._publish_transform = transform_publisher(self)
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
-        self._commands = Commands(self, self._link, self._sticks, self._refuse)
+        self._commands = Commands(self, self._link, self._sticks, self.refuse)
         self._takeover = Takeover(self, self._handover, self._give_back, self._sticks.rest)
         self._latch = StopLatch(self, "the output", self._give_back)
 
@@ -133,7 +129,7 @@ class MavlinkNode(VesselNode):
             self._attitude = None
             self._handover.take_over("the autopilot has been restarted")
         if reason := self._unusable(position):
-            self._refuse(f"no odometry: {reason}")
+            self.refuse(f"no odometry: {reason}")
             return
         state = motion(position, self._attitude)  # type: ignore[arg-type] # there is one: otherwise unusable
         conversions.write_odometry(self._odometry, conversions.time_message(stamp), state)
@@ -202,7 +198,7 @@ class MavlinkNode(VesselNode):
 
     def _every_second(self) -> None:
         if self._link.broken:
-            self._refuse(f"{self.parameters.connection} is broken: {self._link.broken}")
+            self.refuse(f"{self.parameters.connection} is broken: {self._link.broken}")
             self._link.reopen()
         self._link.heartbeat()
         if missing := self._missing():
@@ -267,10 +263,6 @@ class MavlinkNode(VesselNode):
 
     # -- diagnostics and the end -------------------------------------------------------------------------------------
 
-    def _refuse(self, text: str) -> None:
-        self._problem.report(ERROR, text)
-        self.get_logger().error(text, throttle_duration_sec=5.0)
-
     def retune(self, parameters: MavlinkParameters) -> None:
         """Take a changed time-out."""
         self._commands.retune(parameters)
@@ -293,8 +285,8 @@ class MavlinkNode(VesselNode):
             return WARN, self._latch.text, values
         if missing := self._missing():
             return WARN, missing, values
-        if self._problem.current:
-            return *self._problem.current, values
+        if self.problem.current:
+            return *self.problem.current, values
         return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:

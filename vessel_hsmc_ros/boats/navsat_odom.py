@@ -10,15 +10,13 @@ from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
 from vessel_hsmc_ros.core.kinematics import Motion, heading_from_quaternion, in_body_frame, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.epochs import Epochs
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, OK, WARN, VesselNode
-from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 
 RATE = 10.0  # rate of fixes that the deadline of the odometry is offered for, Hz
@@ -45,6 +43,7 @@ class NavsatOdometryNode(VesselNode):
     """
 
     NAME = "navsat_odom"
+    REAL_TIME = "sensors work"
     INTERFACE = """
         subscribes to  fix; imu, heading or fix_2; fix_velocity, or course and speed
         publishes      odom
@@ -55,15 +54,12 @@ class NavsatOdometryNode(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        if p.lockstep:
-            raise ParameterError("navsat_odom.lockstep = True is not allowed: sensors work in real time")
         self._plane = Plane(*p.datum) if p.datum else None
         self._heading: Heading | None = None
         self._first: NavSatFix | None = None
         self._epochs: Epochs[NavSatFix] = Epochs(round(p.timeout * NANOSECONDS))
         self._velocity: tuple[int, float, float] | None = None
         self._course: tuple[int, float] | None = None
-        self._problem = RecentProblem()
         self._fixes = self._published = 0
         self._odometry = conversions.new_odometry()
         self._odometry.header.frame_id = p.frame
@@ -103,7 +99,7 @@ class NavsatOdometryNode(VesselNode):
         """Take a yaw in degrees, clockwise from north, from the place of the quaternion's z, and its rate in degrees a second."""
         yaw, rate = math.radians(message.orientation.z), math.radians(message.angular_velocity.z)
         if not (math.isfinite(yaw) and math.isfinite(rate)):
-            self._refuse("yaw or yaw rate that is not finite is not allowed")
+            self.refuse("yaw or yaw rate that is not finite is not allowed")
             return
         psi = 0.5 * math.pi - yaw + self.parameters.heading_offset
         self._heading = Heading(conversions.nanoseconds(message.header.stamp), psi, -rate)
@@ -119,7 +115,7 @@ class NavsatOdometryNode(VesselNode):
 
     def _take_heading(self, stamp: Any, q: Any, rate: float) -> None:
         if q.x == q.y == q.z == q.w == 0.0 or not all(map(math.isfinite, (q.x, q.y, q.z, q.w, rate))):
-            self._refuse("orientation that is not filled in or not finite is not allowed: it takes a quaternion of length 1")
+            self.refuse("orientation that is not filled in or not finite is not allowed: it takes a quaternion of length 1")
             return
         psi = heading_from_quaternion(q.x, q.y, q.z, q.w) + self.parameters.heading_offset
         self._heading = Heading(conversions.nanoseconds(stamp), psi, rate)
@@ -158,7 +154,7 @@ class NavsatOdometryNode(VesselNode):
         heading = self._at(stamp)
         if heading is None:
             topic = self.resolve_topic_name(EXPECTED[self.parameters.heading])
-            self._refuse(f"fix without a heading of its time on {topic}, within {self.parameters.timeout:g} s, is not published")
+            self.refuse(f"fix without a heading of its time on {topic}, within {self.parameters.timeout:g} s, is not published")
             return
         self._publish(plane, message, stamp, heading)
 
@@ -169,7 +165,7 @@ class NavsatOdometryNode(VesselNode):
             return None
         plane = Plane(first.latitude, first.longitude)
         if (distance := plane.distance(message.latitude, message.longitude)) > FARTHEST:
-            self._refuse(f"two fixes that give the datum must be within 50 km of each other (got {distance / 1e3:.0f} km)")
+            self.refuse(f"two fixes that give the datum must be within 50 km of each other (got {distance / 1e3:.0f} km)")
             return None
         text = f"datum: the first fix, {first.latitude:.8f}, {first.longitude:.8f}; the parameter datum keeps it"
         self.get_logger().info(text)
@@ -186,16 +182,16 @@ class NavsatOdometryNode(VesselNode):
             if exchanged(plane, message.latitude, message.longitude):
                 hint = "are latitude and longitude of the datum exchanged?"
         datum, place = (f"{p.latitude:.5f}, {p.longitude:.5f}" for p in (plane, message))
-        self._refuse(f"{name} must be within 50 km of the datum {datum} (got {distance / 1e3:.0f} km, at {place}): {hint}")
+        self.refuse(f"{name} must be within 50 km of the datum {datum} (got {distance / 1e3:.0f} km, at {place}): {hint}")
         return False
 
     def _is_good(self, message: NavSatFix, name: str) -> bool:
         """Whether a message has a fix; drivers that leave the status unknown have a position."""
         if message.status.status == NavSatStatus.STATUS_NO_FIX:
-            self._refuse(f"{name} without a satellite fix (status {message.status.status}) is not published")
+            self.refuse(f"{name} without a satellite fix (status {message.status.status}) is not published")
             return False
         if not (abs(message.latitude) < 90.0 and abs(message.longitude) <= 360.0 and (message.latitude or message.longitude)):
-            self._refuse(
+            self.refuse(
                 f"{name} at {message.latitude}, {message.longitude} is not allowed: it takes degrees, without the poles and 0, 0"
             )
             return False
@@ -218,7 +214,7 @@ class NavsatOdometryNode(VesselNode):
                 self._publish(self._plane, first, heading.stamp, heading)
         elif self._epochs.is_single(stamp):
             within = 1e-9 * self._epochs.difference
-            self._refuse(f"no odometry: no fix and fix_2 are of one time, within {within:.3g} s, half of their interval at most")
+            self.refuse(f"no odometry: no fix and fix_2 are of one time, within {within:.3g} s, half of their interval at most")
 
     def _between_antennas(self, plane: Plane, fix: NavSatFix, second: NavSatFix) -> Heading | None:
         """The heading by the line from one antenna to the other; None where they are no two antennas of a vessel."""
@@ -226,9 +222,7 @@ class NavsatOdometryNode(VesselNode):
         first, other = (plane.place(m.latitude, m.longitude) for m in (fix, second))
         apart = math.hypot(other.x - first.x, other.y - first.y)
         if not BASE_LINE[0] <= apart <= BASE_LINE[1]:
-            self._refuse(
-                f"fix and fix_2 must be {BASE_LINE[0]:g} m to {BASE_LINE[1]:g} m apart (got {apart:.3g} m): one antenna?"
-            )
+            self.refuse(f"fix and fix_2 must be {BASE_LINE[0]:g} m to {BASE_LINE[1]:g} m apart (got {apart:.3g} m): one antenna?")
             return None
         psi = math.atan2(other.y - first.y, other.x - first.x) - first.convergence - self.parameters.heading_offset
         last, self._heading = self._heading, Heading(stamp, psi, 0.0)
@@ -264,13 +258,9 @@ class NavsatOdometryNode(VesselNode):
         at, east, north = self._velocity
         if abs(stamp - at) > self.parameters.timeout * NANOSECONDS:
             self._velocity = None
-            self._refuse(f"no velocity for {self.parameters.timeout:g} s: the odometry has none")
+            self.refuse(f"no velocity for {self.parameters.timeout:g} s: the odometry has none")
             return 0.0, 0.0
         return east, north
-
-    def _refuse(self, text: str) -> None:
-        self._problem.report(ERROR, text)
-        self.get_logger().error(text, throttle_duration_sec=5.0)
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 
@@ -285,7 +275,7 @@ class NavsatOdometryNode(VesselNode):
 
     def _from_coordinates(self, request: Any, response: Any) -> Any:
         if self._plane is None:
-            self._refuse("fromLL without a datum: there has been no fix")
+            self.refuse("fromLL without a datum: there has been no fix")
         else:
             self._is_near(self._plane, request.ll_point, "the point of fromLL")
             place = self._plane.place(request.ll_point.latitude, request.ll_point.longitude)
@@ -294,7 +284,7 @@ class NavsatOdometryNode(VesselNode):
 
     def _to_coordinates(self, request: Any, response: Any) -> Any:
         if self._plane is None:
-            self._refuse("toLL without a datum: there has been no fix")
+            self.refuse("toLL without a datum: there has been no fix")
         else:
             point = self._plane.coordinates(request.map_point.x, request.map_point.y)
             response.ll_point.latitude, response.ll_point.longitude = point
@@ -305,8 +295,8 @@ class NavsatOdometryNode(VesselNode):
         values: dict[str, Any] = {"fixes": self._fixes, "published": self._published}
         if self._plane is not None:
             values |= {"datum_latitude": self._plane.latitude, "datum_longitude": self._plane.longitude}
-        if self._problem.current:
-            return *self._problem.current, values
+        if self.problem.current:
+            return *self.problem.current, values
         if not self._fixes:
             return WARN, f"waiting for a fix on {self.resolve_topic_name('fix')}", values
         if self._plane is None:

@@ -14,15 +14,13 @@ from vessel_hsmc_ros.boats.handover import FAILSAFE, Handover
 from vessel_hsmc_ros.boats.mavlink_messages import BootClock
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
 from vessel_hsmc_ros.boats.takeover import Takeover
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.nodes.transforms import transform_publisher
 
 RATE = 50.0  # rate of VehicleOdometry that the deadline of the odometry is offered for, Hz
@@ -44,6 +42,7 @@ class Px4Node(VesselNode):
     """
 
     NAME = "px4"
+    REAL_TIME = "an autopilot works"
     INTERFACE = """
         subscribes to  fmu/out/vehicle_odometry, fmu/out/vehicle_status; cmd_wrench, controller/state
         publishes      odom, events, fmu/in/offboard_control_mode, fmu/in/rover_throttle_setpoint, fmu/in/rover_steering_setpoint
@@ -54,15 +53,12 @@ class Px4Node(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        if p.lockstep:
-            raise ParameterError("px4.lockstep = True is not allowed: an autopilot works in real time")
         modes = {getattr(VehicleStatus, n): n.removeprefix(MODE_PREFIX) for n in dir(VehicleStatus) if n.startswith(MODE_PREFIX)}
         self._handover = Handover(px4.OFFBOARD, p.heartbeat_timeout, modes)
         self._boot = BootClock()
         self._mode, self._heard, self._resets = -1, -math.inf, -1
         self._received = self._published = 0
         self._command = (0.0, 0.0)
-        self._problem = RecentProblem()
         self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
         self._create_topics()
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -107,7 +103,7 @@ class Px4Node(VesselNode):
             self._handover.take_over("the autopilot has been restarted, or has set its clock back")
             self._takeover.act()
         if problem := px4.problem(message):
-            self._refuse(f"no odometry: VehicleOdometry: {problem}")
+            self.refuse(f"no odometry: VehicleOdometry: {problem}")
             return
         if message.reset_counter != self._resets:
             if self._resets >= 0:
@@ -143,7 +139,7 @@ class Px4Node(VesselNode):
         """Send shares of force and moment in Offboard; in other modes they would compete with PX4's own setpoints."""
         if self._mode != px4.OFFBOARD:
             return
-        throttle, to_port = finite((throttle, to_port), self._refuse)
+        throttle, to_port = finite((throttle, to_port), self.refuse)
         at = self._timestamp()
         # The other direction is that of boats with thrusters to the side.
         self.send(self._throttle_out, RoverThrottleSetpoint(timestamp=at, throttle_body_x=throttle, throttle_body_y=math.nan))
@@ -155,10 +151,6 @@ class Px4Node(VesselNode):
         return self.now() // MICROSECOND if at is None else round(at * 1e6)
 
     # -- diagnostics and the end --------------------------------------------------------------------------------------
-
-    def _refuse(self, text: str) -> None:
-        self._problem.report(ERROR, text)
-        self.get_logger().error(text, throttle_duration_sec=5.0)
 
     def retune(self, parameters: Px4Parameters) -> None:
         """Take a changed time-out."""
@@ -176,8 +168,8 @@ class Px4Node(VesselNode):
         values = {"share": self._latch.share, "stopped": self._latch.stopped, "odometry": self._published}
         if self._latch.stopped:
             return WARN, self._latch.text, values
-        if self._problem.current:
-            return *self._problem.current, values
+        if self.problem.current:
+            return *self.problem.current, values
         for topic, awaited in (("vehicle_status", self._heard == -math.inf), ("vehicle_odometry", not self._received)):
             if awaited:
                 return WARN, f"waiting for {self.resolve_topic_name('fmu/out/' + topic)}", values

@@ -8,14 +8,12 @@ from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.boats.parameters import WatchdogParameters
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
 from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
 
 class WatchdogNode(VesselNode):
@@ -30,6 +28,7 @@ class WatchdogNode(VesselNode):
     """
 
     NAME = "watchdog"
+    REAL_TIME = "a watchdog works"
     INTERFACE = """
         subscribes to  cmd_wrench, /diagnostics
         publishes      watched_wrench
@@ -40,11 +39,8 @@ class WatchdogNode(VesselNode):
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
         p = self.parameters
-        if p.lockstep:
-            raise ParameterError("watchdog.lockstep = True is not allowed: a watchdog works in real time")
         self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
         self._command: Command = (0.0, 0.0)
-        self._problem = RecentProblem()
         self._prefix = f"{self.get_namespace().strip('/')}/".lstrip("/")
         self._heard_at = {name: time.monotonic() for name in p.watched_nodes if name}
         self._wrench_out = self.advertise(WrenchStamped, "watched_wrench", qos.offered(False, p.rate_hz))
@@ -83,13 +79,9 @@ class WatchdogNode(VesselNode):
         self._send((share * force, share * moment), self.now())
 
     def _send(self, wrench: Command, stamp: int) -> None:
-        force, moment = finite(wrench, self._report)
+        force, moment = finite(wrench, self.refuse)
         conversions.write_wrench(self._wrench, conversions.time_message(stamp), (force, moment))
         self.send(self._wrench_out, self._wrench)
-
-    def _report(self, text: str) -> None:
-        self._problem.report(ERROR, text)
-        self.get_logger().error(text, throttle_duration_sec=5.0)
 
     # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
 
@@ -113,8 +105,8 @@ class WatchdogNode(VesselNode):
         values = {"share": self._latch.share, "stopped": self._latch.stopped}
         if self._latch.stopped:
             return WARN, self._latch.text, values
-        if self._problem.current:
-            return *self._problem.current, values
+        if self.problem.current:
+            return *self.problem.current, values
         return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:

@@ -17,13 +17,13 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from rclpy.service import Service
 
-from vessel_hsmc_ros.core.exceptions import BackpressureError, SimulationError
+from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
 from vessel_hsmc_ros.nodes.black_box import BlackBox
 from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
-from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, Reporter, summarised
+from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, RecentProblem, Reporter, summarised
 from vessel_hsmc_ros.scenario.parameters_file import missed_sections
 
 if TYPE_CHECKING:
@@ -67,8 +67,9 @@ class VesselNode(Node, metaclass=Whole):
     own, and options of its own.
 
     A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
-    `on_connected`. In lockstep, `stamp` is the simulated time of its latest step, ns, with which diagnostics are stamped.
-    `command_line`: that of the node's process; its rules give the parameters. `options`: of rclpy's node.
+    `on_connected`. REAL_TIME says what works in real time only, of a node that is not for lockstep. In lockstep, `stamp` is the
+    simulated time of its latest step, ns, with which diagnostics are stamped. `command_line`: that of the node's process; its
+    rules give the parameters. `options`: of rclpy's node.
 
     Raises:
         ParameterError: a parameter is unknown or out of range.
@@ -80,6 +81,7 @@ class VesselNode(Node, metaclass=Whole):
     PARAMETERS: type
     POLL_PERIOD: ClassVar[float] = 0.0
     NICENESS: ClassVar[int] = 0
+    REAL_TIME: ClassVar[str] = ""
     black_box: BlackBox | None = None
 
     @staticmethod
@@ -96,10 +98,13 @@ class VesselNode(Node, metaclass=Whole):
         self.missed = missed
         refuse_failed_requests(self, self.services)
         self.parameters: Any = declare(self, self.PARAMETERS)
+        if self.REAL_TIME and self.parameters.lockstep:
+            raise ParameterError(f"{self.NAME}.lockstep = True is not allowed: {self.REAL_TIME} in real time")
         self.compatibility.check()
         self.add_on_set_parameters_callback(partial(take_changes, self))
         self.finished = False
         self.failure = ""
+        self.problem = RecentProblem()
         self.stamp = 0
         self.connected = False
         self.connections = Connections(self, self.parameters.recorded)
@@ -167,6 +172,11 @@ class VesselNode(Node, metaclass=Whole):
         if hasattr(message, "child_frame_id"):
             message.child_frame_id = self.parameters.frame_prefix + message.child_frame_id
         return message
+
+    def refuse(self, text: str) -> None:
+        """Report a problem, on the log and for a while as `problem`."""
+        self.problem.report(ERROR, text)
+        self.get_logger().error(text, throttle_duration_sec=WARNING_PERIOD)
 
     def now(self) -> int:
         """ROS time, ns."""

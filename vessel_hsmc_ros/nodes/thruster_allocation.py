@@ -16,7 +16,6 @@ from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, Diagnosti
 from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
 from vessel_hsmc_ros.nodes.command_output import is_finite
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
-from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
 CHECK_PERIOD = 0.05  # time between two checks for an overdue command, s
@@ -54,7 +53,6 @@ class ThrusterAllocationNode(VesselNode):
         self._speed = 0.0
         self._commands = self._saturated = self._timeouts = 0
         self._is_saturated = False
-        self._problem = RecentProblem()
         self._is_stopped = True
         self._create_topics(self.parameters.lockstep)
         self.reporter.offer("reset", self._reset)
@@ -159,9 +157,9 @@ class ThrusterAllocationNode(VesselNode):
         """The demands for a command; without thrust, and reported, where they are not finite, as for an absurd speed."""
         given = self._allocation.step_at(stamp, command, self._speed)
         if not is_finite((*given.thrust, *given.angle, *given.wrench)):
-            text = f"demands must be finite numbers (got others for {command} N, N·m at {self._speed} m/s): no thrust is given"
-            self._problem.report(ERROR, text)
-            self.get_logger().error(text, throttle_duration_sec=5.0)
+            self.refuse(
+                f"demands must be finite numbers (got others for {command} N, N·m at {self._speed} m/s): no thrust is given"
+            )
             self._allocation.reset()
             return self._allocation.step(0.0, 0.0, 0.0)
         return given
@@ -221,8 +219,8 @@ class ThrusterAllocationNode(VesselNode):
             "ignored_commands": self._input.values()["refused"],
             "timeouts": self._timeouts,
         }
-        if self._problem.current:
-            return *self._problem.current, values
+        if self.problem.current:
+            return *self.problem.current, values
         problem = self._input.problem()
         if problem and (self._commands or problem[0] == ERROR):
             level, text = problem

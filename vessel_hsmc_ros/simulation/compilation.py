@@ -59,7 +59,7 @@ def _installed() -> bool:
     return found
 
 
-_loading = threading.RLock()  # held while machine code is loaded or compiled, for which Numba is changed
+_loading = threading.RLock()  # held while machine code is loaded or compiled, for which Numba's folder is changed
 
 
 class Compiled:
@@ -95,12 +95,12 @@ class Compiled:
         """Load the machine code for the types of some arguments, or compile and store it."""
         import numba  # takes half a second, for which nodes and interpreted runs need not wait
 
-        from vessel_hsmc_ros.simulation.numba_additions import translated_once
+        import vessel_hsmc_ros.simulation.numba_additions  # noqa: F401 - tells Numba of them
 
         log = logging.getLogger(__name__)
-        with cached(self._name) as entry, translated_once():
+        with cached(self._name) as entry:
             if self._title and not entry.present:
-                log.warning("compiling %s: once, some 20 s", self._title)
+                log.warning("compiling %s: once, some 40 s", self._title)
             signature = tuple(numba.typeof(argument) for argument in arguments)
             call = self._dispatcher(entry)
             try:
@@ -117,12 +117,9 @@ class Compiled:
     def _dispatcher(self, entry: "CacheEntry") -> Any:
         import numba
 
-        from vessel_hsmc_ros.simulation.numba_additions import OUTERMOST
-
-        copy = _rebuilt(self._function, self._kernels, self._allocates)
-        copy.__qualname__ += OUTERMOST
         with entry.in_use():
-            return numba.njit(**_options(self._allocates), cache=entry.writable)(copy)
+            kernel = _rebuilt(self._function, self._kernels, self._allocates)
+            return numba.njit(**_options(self._allocates), cache=entry.writable)(kernel)
 
 
 def uninterrupted(call: Function, arguments: tuple[Any, ...]) -> Any:

@@ -91,7 +91,7 @@ def main(names: Sequence[str] = ()) -> None:
     jobs |= {f"reference {mode}": partial(reference_of, ship, 100.0, 2) for mode, ship in ships.items()}
     if not jobs:
         return
-    print("Compiling the control laws, about two minutes ...", flush=True)
+    print("Compiling the control laws, about four minutes ...", flush=True)
     logging.disable(logging.WARNING)  # of each process, that it compiles
     with ProcessPoolExecutor(2, initializer=logging.disable, initargs=(logging.WARNING,)) as pool:
         running = {pool.submit(_timed, job): title for title, job in jobs.items()}

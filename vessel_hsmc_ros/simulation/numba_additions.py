@@ -1,51 +1,12 @@
-"""What Numba lacks: some functions and methods with the results of CPython, and compilation in bearable time."""
+"""What Numba lacks: some functions and methods with the results of CPython."""
 
-import contextlib
 import math
-from collections.abc import Iterator
 from typing import Any
-from unittest.mock import patch
 
-from numba.core.codegen import CPUCodeLibrary, JITCPUCodegen
-from numba.core.cpu import CPUContext
-from numba.core.registry import cpu_target
 from numba.core.types import Array
 from numba.extending import overload, overload_method
 
 from vessel_hsmc_ros.core import arrays
-
-OUTERMOST = "_outermost"  # ends the name of a function that is called from Python
-
-
-@contextlib.contextmanager
-def translated_once() -> Iterator[None]:
-    """A context in which only the outermost function is optimised and translated, with all that it calls.
-
-    Numba would do that for every kernel, each time with all that it calls: four times the work where kernels call each other over
-    five levels.
-    """
-    cpu_target.target_context.refresh()  # whose own modules must be translated
-    optimize, add, executable = CPUCodeLibrary._optimize_final_module, JITCPUCodegen._add_module, CPUContext.get_executable
-
-    def optimize_outermost(library: Any) -> None:
-        if library.name.endswith(OUTERMOST):
-            optimize(library)
-
-    def add_outermost(codegen: Any, module: Any) -> Any:
-        return add(codegen, module) if module.name.endswith(OUTERMOST) else None
-
-    def outermost_executable(context: Any, library: Any, description: Any, environment: Any) -> Any:
-        if description.qualname.endswith(OUTERMOST):
-            return executable(context, library, description, environment)
-        # Never called: a builtin function, as Numba requires, and another one for each inner function, which it identifies.
-        return [].append
-
-    with (
-        patch.object(CPUCodeLibrary, "_optimize_final_module", optimize_outermost),
-        patch.object(JITCPUCodegen, "_add_module", add_outermost),
-        patch.object(CPUContext, "get_executable", outermost_executable),
-    ):
-        yield
 
 
 @overload(math.remainder)  # type: ignore[untyped-decorator]
