@@ -30,7 +30,7 @@ from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.curves import Curve, CurveConstants, angle, course, curvature, position
-from vessel_hsmc_ros.guidance.drift import Drift, DriftConstants, PeriodicDrift, drift_at, samples, steady_drift, steady_load
+from vessel_hsmc_ros.guidance.drift import Drift, DriftConstants, PeriodicDrift, drift_at, samples, steady_along
 from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 from vessel_hsmc_ros.guidance.shapes import Shape
 from vessel_hsmc_ros.guidance.timetable import TimetableMemory, move
@@ -144,7 +144,7 @@ def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> De
     demand; force and moment are infinite if the drift angle is too large.
     """
     speed = pace.speed
-    drift = float(np.max(np.abs(steady_drift(steady_load(curve, speed, vessel), speed, vessel))))
+    drift = float(np.max(np.abs(steady_along(curve, speed, vessel))))
     if drift > largest_drift:
         return Demand(drift, math.inf, math.inf)
     solution = PeriodicDrift(curve, speed, vessel)

@@ -23,6 +23,7 @@ Where they are coupled, by inertia or damping, the steps precondition a Newton-K
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.guidance.curves import Curve
-from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
+from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -57,7 +58,7 @@ def damping_ratio(beta: Any, speed: Any, r: Any, vessel: Vessel) -> Any:
     `beta`: drift angle, rad. `speed`: U, m/s. `r`: yaw rate, rad/s.
     """
     u = speed * np.cos(beta)
-    return damping_force(u, speed * np.sin(beta), r, vessel)[1] / u
+    return sway_damping(u, speed * np.sin(beta), r, vessel) / u
 
 
 def steady_drift(load: Array, speed: Array | float, vessel: Vessel) -> Array:
@@ -89,9 +90,10 @@ def samples(curve: Curve) -> Array:
     return np.linspace(0.0, curve.period, n, endpoint=False)
 
 
-def steady_load(curve: Curve, speed: float, vessel: Vessel) -> Array:
-    """The Coriolis force divided by surge speed, m11·U·kappa, at the samples of a period, shape (n,), kg/s."""
-    return vessel.m11 * speed * curve.curvature(samples(curve))
+@lru_cache(maxsize=1)  # who looks at it first goes on with the periodic solution
+def steady_along(curve: Curve, speed: float, vessel: Vessel) -> Array:
+    """The drift angle of steady turns with the curvatures at the samples of a period, shape (n,), rad."""
+    return steady_drift(vessel.m11 * speed * curve.curvature(samples(curve)), speed, vessel)
 
 
 class Drift(NamedTuple):
@@ -129,7 +131,7 @@ def _solution(curve: Curve, speed: float, vessel: Vessel) -> Array:
     """The periodic drift angle at the samples of a period, shape (n,), rad."""
     s = samples(curve)
     n, kappa, kappa_slope = len(s), curve.curvature(s), curve.curvature_slope(s)
-    beta = steady_drift(vessel.m11 * speed * kappa, speed, vessel)
+    beta = steady_along(curve, speed, vessel)
     if n == 1:
         return beta
     w: Array = np.arange(n // 2 + 1.0) * (2.0 * math.pi / curve.period)

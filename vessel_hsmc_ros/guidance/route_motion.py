@@ -32,7 +32,7 @@ from vessel_hsmc_ros.guidance.drift import steady_drift
 from vessel_hsmc_ros.guidance.route import Route
 from vessel_hsmc_ros.guidance.speed_profile import SpeedProfile
 from vessel_hsmc_ros.guidance.timetable import Timetable
-from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
+from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping
 
 Array = NDArray[np.float64]
 
@@ -179,7 +179,7 @@ class _Coupled:
         W, dW = travel.W, travel.W_rate
         u, v, r = W * np.cos(beta), W * np.sin(beta), W * travel.kappa - rate
         dv = dW * np.sin(beta) + u * rate
-        force = c.m22 * dv + c.m11 * u * r + damping_force(u, v, r, c)[1]
+        force = c.m22 * dv + c.m11 * u * r + sway_damping(u, v, r, c)
         return np.array([rate, dW * travel.kappa + W * W * travel.slope + force / self._m23])
 
     def conditions(self, start: float) -> Any:

@@ -140,11 +140,18 @@ def damping_force(u: float, v: float, r: float, vessel: Vessel) -> Wrench:
     # Every term of Y and N is odd in (v, r) and every term of X is even, so that the hull is symmetric to port and starboard.
     a, b, c = abs(u), abs(v), abs(r)
     X = (s.d_u + s.d_u2 * a + s.d_u3 * u * u) * u + (s.d_x_vv * v + s.d_x_vr * r) * v
-    Y = (s.d_v + s.d_v2 * b + s.d_v3 * v * v + s.d_y_rv * c + s.d_y_uv * a) * v
     N = (s.d_r + s.d_r2 * c + s.d_r3 * r * r + s.d_n_vr * b + s.d_n_ur * a) * r
-    Y = Y + (s.d_y_r + s.d_y_rr * c + s.d_y_vr * b + s.d_y_ur * u) * r
     N = N + (s.d_n_v + s.d_n_vv * b + s.d_n_rv * c + s.d_n_uv * a) * v
-    return X, Y, N
+    return X, sway_damping(u, v, r, vessel), N
+
+
+@kernel
+def sway_damping(u: float, v: float, r: float, vessel: Vessel) -> float:
+    """The sway force of `damping_force`, N; its arguments are the same."""
+    s = vessel
+    a, b, c = abs(u), abs(v), abs(r)
+    Y = (s.d_v + s.d_v2 * b + s.d_v3 * v * v + s.d_y_rv * c + s.d_y_uv * a) * v
+    return Y + (s.d_y_r + s.d_y_rr * c + s.d_y_vr * b + s.d_y_ur * u) * r
 
 
 @kernel
