@@ -1,4 +1,4 @@
-"""`vessel-hsmc certify`: what is guaranteed of the hierarchical law on the vessel of a scenario."""
+"""`vessel-hsmc certify`: what holds of the hierarchical law near the reference, on the vessel of a scenario."""
 
 import math
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ EXACT = 1e-6
 @set_option
 @json_option
 def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
-    """Print what is guaranteed of the hierarchical law on the vessel of SCENARIO, whose data may be wrong by 20 %.
+    """Print what holds near the reference for the hierarchical law on the vessel of SCENARIO, whose data may be wrong by 20 %.
 
     A bound of the position error under way and at rest in the wind, current and noise of the scenario, or the condition that
     fails; the dead time and the control rate that the law tolerates; and what no law can do with this vessel. docs/theory.md says

@@ -31,7 +31,7 @@ GROUPS = {
         "campaign": "Simulate thousands of runs with drawn parameters.",
         "tune": "Search the gains of a law.",
         "gains": "Print the gains of a law, and its margins.",
-        "certify": "Print what is guaranteed of the law on a vessel.",
+        "certify": "Print what holds of the law near the reference.",
         "reproduce": "Repeat every case and figure of the paper.",
     },
     "Running vessels": {

@@ -1,4 +1,4 @@
-"""The certificate of a scenario: what is guaranteed of the hierarchical law on its hull, whose data are known to a fifth.
+"""The certificate of a scenario: what holds of the law `hierarchical` near the reference, with hull data known to a fifth.
 
 The conditions in closed form hold for every hull of the box, by interval arithmetic; poles and errors are the worst of its
 corners. D, K and the box are those of `certified_case`; docs/theory.md has the theorems.
