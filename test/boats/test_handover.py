@@ -22,8 +22,8 @@ def commanding() -> Handover:
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"mode": HOLD}, "mode HOLD, commands take MANUAL"),
-        ({"mode": 42}, "mode 42, commands take MANUAL"),
+        ({"mode": HOLD}, "mode HOLD, commands need MANUAL"),
+        ({"mode": 42}, "mode 42, commands need MANUAL"),
         ({"armed": False}, "the autopilot is disarmed"),
         ({"state": CRITICAL}, "the autopilot reports a failsafe"),
         ({"state": EMERGENCY}, "the autopilot reports a failsafe"),
@@ -70,7 +70,7 @@ def test_in_standby_nothing_is_taken_over() -> None:
     handover.heartbeat(11.0, **READY | {"mode": HOLD})
     handover.take_over("a stick")
     assert not handover.taken
-    assert handover.waits(11.0) == "mode HOLD, commands take MANUAL"
+    assert handover.waits(11.0) == "mode HOLD, commands need MANUAL"
 
 
 def sticks() -> Sticks:

@@ -103,7 +103,7 @@ def test_a_reference_out_of_reach_is_refused_with_both_places_until_it_is_near(b
     assert sea.states[-1].operation == ControlState.STANDBY
     answer = enable(bench)
     assert not answer.success
-    assert "m from the vessel at (597000, 6.64e+06) m, and safety.enable_distance = 3200 m" in answer.message
+    assert "m from the vessel at (597000, 6.64e+06) m, and must be within safety.enable_distance = 3200 m" in answer.message
     sea.desired = REFERENCE.copy()
     sea.desired[:2] = 597_003.0, 6_640_000.0
     sea.run(0.3)

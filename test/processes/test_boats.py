@@ -48,7 +48,7 @@ def takes_over(port: int) -> str:
     station = mavutil.mavlink_connection(f"udpout:127.0.0.1:{port}", source_system=250)
     station.mav.set_mode_send(1, 1, HOLD)
     station.close()
-    return "mode HOLD, commands take MANUAL"
+    return "mode HOLD, commands need MANUAL"
 
 
 @pytest.mark.parametrize("stack", STACKS)

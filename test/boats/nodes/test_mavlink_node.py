@@ -175,7 +175,7 @@ def test_guided_takes_speed_and_yaw_rate(boat: Any) -> None:
 
 
 TAKEOVERS: dict[str, tuple[Callable[[Autopilot], Any], str]] = {
-    "mode": (lambda a: a.change(mode=HOLD), "mode HOLD, commands take MANUAL"),
+    "mode": (lambda a: a.change(mode=HOLD), "mode HOLD, commands need MANUAL"),
     "disarmed": (lambda a: a.change(armed=False), "the autopilot is disarmed"),
     "silence": (lambda a: setattr(a, "silent", True), "no heartbeat of the autopilot for 0.5 s"),
     "overrides off": (lambda a: setattr(a, "override", lambda *_: a.overrides.clear()), "channel 3 of the radio is at 1500 µs"),

@@ -111,7 +111,7 @@ def test_offboard_is_prepared_and_gets_setpoints_for_as_long_as_it_lasts(bench: 
 
 
 TAKEOVERS: dict[str, tuple[Callable[[Autopilot], Any], str]] = {
-    "mode": (lambda a: a.change(mode=MANUAL), "mode MANUAL, commands take OFFBOARD"),
+    "mode": (lambda a: a.change(mode=MANUAL), "mode MANUAL, commands need OFFBOARD"),
     "disarmed": (lambda a: a.change(armed=False), "the autopilot is disarmed"),
     "failsafe": (lambda a: a.change(failsafe=True), "the autopilot reports a failsafe"),
     "silence": (lambda a: setattr(a, "silent", True), "no heartbeat of the autopilot for 3 s"),

@@ -148,10 +148,10 @@ def ready() -> Handover:
 def test_the_first_reason_of_a_take_over_is_kept_until_standby(later: Callable[[Handover], None]) -> None:
     made = ready()
     made.heartbeat(0.1, True, 0, 4)
-    assert made.taken == "mode manual, commands take guided"
+    assert made.taken == "mode manual, commands need guided"
     later(made)
     made.take_over("a stick")
-    assert made.taken == "mode manual, commands take guided"
+    assert made.taken == "mode manual, commands need guided"
     made.controller(True, 9.0)
     assert made.taken == ""
 

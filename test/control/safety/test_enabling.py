@@ -84,4 +84,4 @@ def test_a_reference_is_meant_within_a_distance(distance: float, length: float, 
 def test_odometry_in_utm_is_named_with_both_places_and_the_bound() -> None:
     text = distance_problem(UTM, HERE, 4.0, -1.0)
     assert "the reference at (0, 0) m is 6.66678e+06 m from the vessel at (597000, 6.64e+06) m" in text
-    assert "at most safety.enable_distance = 400 m" in text
+    assert "must be within safety.enable_distance = 400 m" in text

@@ -49,5 +49,5 @@ def distance_problem(own: Motion, reference: Motion, length: float, limit: float
         return ""
     return (
         f"the reference at ({reference.x:.6g}, {reference.y:.6g}) m is {distance:.6g} m from the vessel at"
-        f" ({own.x:.6g}, {own.y:.6g}) m, and safety.enable_distance = {largest:g} m: are both in one frame?"
+        f" ({own.x:.6g}, {own.y:.6g}) m, and must be within safety.enable_distance = {largest:g} m: are both in one frame?"
     )
