@@ -75,7 +75,7 @@ def main() -> None:
     """Run the boat, and unless `--boat` is given, the reference and the controller as processes of their own."""
     nodes = [] if "--boat" in sys.argv else ["reference_ship", "controller"]
     settings = ["--ros-args", "--params-file", str(Path(__file__).with_suffix(".yaml"))]
-    commands = [[sys.executable, "-m", f"vessel_hsmc_ros.nodes.{node}", *settings] for node in nodes]
+    commands = [[sys.executable, "-m", "vessel_hsmc_ros.nodes", node, *settings] for node in nodes]
     processes = [subprocess.Popen(command) for command in commands]  # noqa: S603 - our own modules
     rclpy.init()
     try:

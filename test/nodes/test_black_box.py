@@ -65,7 +65,9 @@ def test_an_input_that_is_not_finite_writes_the_last_inputs_outputs_diagnostics_
 ) -> None:
     plant, node = steering
     plant.send_odometry(bench.probe.get_clock().now().nanoseconds, STATE * math.nan)
-    bench.until(lambda: any(b"odometry with x = nan" in data for _, (_, topic, _, data) in node.black_box._kept))
+    bench.until(
+        lambda: any(b"odometry must be finite numbers (got x = nan" in data for _, (_, topic, _, data) in node.black_box._kept)
+    )
     bench.until(lambda: node.black_box._writing)
     node.black_box.close()
     bag = the_bag(bench, tmp_path / "boxes")
@@ -76,7 +78,7 @@ def test_an_input_that_is_not_finite_writes_the_last_inputs_outputs_diagnostics_
     assert math.isnan(states[-1])
     np.testing.assert_allclose(states[:-1], STATE[0])
     lines = [message.msg for _, _, message in bag.messages("/rosout")]
-    assert any("odometry with x = nan" in line for line in lines)
+    assert any("odometry must be finite numbers (got x = nan" in line for line in lines)
     assert bag.parameters["/controller"]["law"] == "los_pid"
 
 

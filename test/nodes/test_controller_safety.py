@@ -65,7 +65,11 @@ def assert_bounded(sea: RealTimePlant) -> None:
 
 @pytest.mark.parametrize(
     ("fault", "reason"),
-    [({"late": 5_000_000_000}, "old"), ({"late": -30_000_000_000}, "ahead"), ({"frame": "map"}, "frame 'map' and 'base_link'")],
+    [
+        ({"late": 5_000_000_000}, "ago (got 5 s)"),
+        ({"late": -30_000_000_000}, "ahead (got 30 s)"),
+        ({"frame": "map"}, "(got 'map' and 'base_link')"),
+    ],
 )
 def test_odometry_of_another_time_or_frame_leads_to_the_safe_action_and_back(
     bench: Any, sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, fault: dict[str, Any], reason: str

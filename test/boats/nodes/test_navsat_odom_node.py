@@ -179,8 +179,8 @@ def test_the_services_of_robot_localization_convert_both_ways_once_there_is_a_da
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        ({"latitude": math.nan}, "fix at nan"),
-        ({}, "fix at 0.0, 0.0"),
+        ({"latitude": math.nan}, "not at 0, 0 (got nan, 0.0)"),
+        ({}, "not at 0, 0 (got 0.0, 0.0)"),
         ({"latitude": 59.9, "longitude": 10.7}, "fix without a heading of its time on /imu, within 0.5 s"),
         ({"bad": True}, "fix without a satellite fix (status -1)"),
     ],

@@ -51,9 +51,9 @@ def test_the_loop_is_stable_on_one_side_of_the_limit_only(k: float, settles: boo
 
 def test_the_error_names_the_remedy() -> None:
     slow = CourseLawParameters(reaching_gain=1.0, heading_surface_slope=3.0)
-    with pytest.raises(ParameterError, match=r"is 4 and must be below 2, so take a rate above 2 Hz"):
+    with pytest.raises(ParameterError, match=r"is 4 and must be below 2, so set a rate above 2 Hz"):
         check_step(slow, "reaching_gain", "heading_surface_slope", 1.0, "course")
-    with pytest.raises(ParameterError, match=r"so take a gain below 1 1/s or a rate above 0\.75 Hz"):
+    with pytest.raises(ParameterError, match=r"so set a gain below 1 1/s or a rate above 0\.75 Hz"):
         check_step(
             CourseLawParameters(reaching_gain=1.0, heading_surface_slope=0.5),
             "reaching_gain",

@@ -366,17 +366,17 @@ def test_only_large_fleets_in_lockstep_share_processes(
     monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1, 2})
     vessels = [f"vessel_{number + 1}" for number in range(count)]
     found = spread(vessels, by_thrusters=False, lockstep=lockstep)
-    assert sorted(vessel for part in found.plants.values() for vessel in part) == vessels
+    assert sorted(plant for part in found.plants.values() for plant in part) == [f"{vessel}/vessel_sim" for vessel in vessels]
     if not grouped:
         assert not found.groups
         assert set(found.plants) <= set(found.names)
         return
     assert found.names == ("recorder", "group_1", "group_2", "group_3")
     assert found.plants == {
-        "group_1": ["vessel_1", "vessel_4"],
-        "group_2": ["vessel_2", "vessel_5"],
-        "group_3": ["vessel_3"],
+        "group_1": ["vessel_1/vessel_sim", "vessel_4/vessel_sim"],
+        "group_2": ["vessel_2/vessel_sim", "vessel_5/vessel_sim"],
+        "group_3": ["vessel_3/vessel_sim"],
     }
     for name, (nodes, *part) in found.groups.items():
-        assert part == found.plants[name]
+        assert [f"{vessel}/vessel_sim" for vessel in part] == found.plants[name]
         assert "recorder" not in nodes.split(",")

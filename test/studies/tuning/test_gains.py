@@ -84,7 +84,7 @@ def test_a_gain_that_cannot_be_tuned_is_named(present: Scenario, text: str, law:
 
 
 def test_a_gain_given_twice_is_refused(present: Scenario) -> None:
-    with pytest.raises(ParameterError, match="is given twice"):
+    with pytest.raises(ParameterError, match="must be given once for each gain"):
         parse_gains([f"{GAIN}=0.1:0.2", f"{GAIN}=0.1:0.3"], "guided", present)
 
 
