@@ -8,7 +8,6 @@ from typing import Any
 import click
 import pytest
 from click.testing import CliRunner
-from mission_writing import GPX, gpx_route
 from reaching import Reach
 
 from vessel_hsmc_ros.cli import init as init_verb
@@ -17,7 +16,6 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.studies.forecast.draws import Conditions
 from vessel_hsmc_ros.studies.runs.scenario_run import Result as RunResult
 
 DURATION = "vessel_sim.duration"
@@ -366,43 +364,6 @@ def test_reproduce_takes_its_folder_and_the_nodes(reach: Reach, monkeypatch: pyt
     assert (found["results"], found["folder"]) == ("results", Path("there"))
 
 
-def test_mission_takes_route_datum_legs_speed_and_where_it_goes(reach: Reach, tmp_path: Path) -> None:
-    places = [(63.44 + 1e-3 * k, 10.39) for k in range(1, 5)]
-    (tmp_path / "way.gpx").write_text(GPX.format(gpx_route(places, "out") + gpx_route(places[::-1], "back")))
-    chosen = "--route", "back", "--datum", "63.44,10.39", "--legs", "3-", "--speed", 0.75, "--skip-refused"
-    found = reach("vessel_hsmc_ros.cli.mission._write", "mission", "way.gpx", *chosen, "--into", "there.yaml")
-    assert found["into"] == Path("there.yaml")
-    assert found["values"]["path.waypoints"][1::2] == pytest.approx([334.4, 222.9, 111.5], abs=0.1)
-    assert found["values"]["path.speeds"] == [0.75] * 3
-    found = reach("vessel_hsmc_ros.cli.mission._plan", "mission", "way.gpx", "--route", "out", "--scenario", "survey")
-    assert found["name"] == "survey"
-    assert reach("vessel_hsmc_ros.cli.mission._completed", "mission", "way.gpx", "--route", "out", "--resume", "bag")[
-        "bag"
-    ] == Path("bag")
-    sent = "--send", "--namespace", "boat", "--route", "out", "--datum", "63.44,10.39"
-    asked = reach("vessel_hsmc_ros.cli.mission._datum_of_vessel", "mission", "way.gpx", *sent)
-    assert (asked["namespace"], asked["datum"]) == ("boat", (63.44, 10.39))
-    (tmp_path / "way.csv").write_text("x,y\n40,0\n40,30\n", encoding="utf-8")
-    found = reach("vessel_hsmc_ros.cli.mission._send", "mission", "way.csv", "--send", "--detach", "--namespace", "boat")
-    assert (found["namespace"], found["detach"]) == ("boat", True)
-    survey = "--swath", 12.5, "--along", 60
-    found = reach("vessel_hsmc_ros.cli.mission.survey_of", "mission", "way.gpx", "--route", "out", *survey)
-    assert (found["swath"], found["along"], found["speed"]) == (12.5, pytest.approx(0.5236, abs=1e-4), None)
-
-
-def test_forecast_takes_the_boat_the_conditions_the_corridor_and_the_runs(reach: Reach, tmp_path: Path) -> None:
-    (tmp_path / "way.csv").write_text("x,y\n40,0\n40,30\n", encoding="utf-8")
-    wind = "--wind", 6, "--wind-from", 240, "--current", 0.3, "--current-to", 90
-    boat = "--scenario", "survey", "--set", "vessel_sim.seed=7", "--output", "there"
-    target = "vessel_hsmc_ros.studies.forecast.forecast.forecast"
-    found = reach(target, "forecast", "way.csv", *boat, *wind, "--corridor", 3, "--runs", 25, "--seed", 9, "--workers", 2)
-    plan = found["plan"]
-    assert plan.conditions == Conditions(6.0, 240.0, 0.3, 90.0)
-    assert (plan.corridor, plan.scenario.name, plan.scenario.vessel_sim.seed) == (3.0, "way", 7)
-    assert plan.scenario.reference_ship.path.waypoints == (40.0, 0.0, 40.0, 30.0)
-    assert (found["runs"], found["seed"], found["workers"]) == (25, 9, 2)
-
-
 def options_of(command: click.Command) -> list[str]:
     """The options of a verb."""
     if isinstance(command, click.Group):
@@ -412,9 +373,9 @@ def options_of(command: click.Command) -> list[str]:
 
 def test_every_option_of_every_verb_has_a_test() -> None:
     """Those that print in another form, or take effect before the verb, have theirs elsewhere."""
-    elsewhere = {"--json", "--markdown", "--once", "--into", "--boats", "--law-file", "--interpreted", "--campaign", "--run"}
-    elsewhere |= {"--install"}
-    text, context = Path(__file__).read_text(encoding="utf-8"), click.Context(cli)
+    elsewhere = {"--json", "--markdown", "--once", "--law-file", "--interpreted", "--campaign", "--run"}
+    files = sorted(Path(__file__).parent.glob("test_options*_arrive.py"))
+    text, context = "".join(file.read_text(encoding="utf-8") for file in files), click.Context(cli)
     for verb in VERBS:
         command = cli.get_command(context, verb)
         assert command is not None

@@ -11,12 +11,13 @@ from typing import Any
 import pytest
 from rclpy.node import Node
 from rich.console import Console
+from sensor_msgs.msg import NavSatFix
 
 from vessel_hsmc_ros.cli.main import main
 from vessel_hsmc_ros.cli.watch import line, table
 from vessel_hsmc_ros.control.safety.reasons import Operation
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
-from vessel_hsmc_ros.nodes import remote
+from vessel_hsmc_ros.nodes import qos, remote
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
@@ -55,6 +56,30 @@ def vessel_hsmc(
     running = False
     if thread.is_alive():
         thread.join()
+
+
+@pytest.mark.parametrize(
+    ("stated", "given", "refusal"),
+    [
+        ([(63.44, 10.39)], (), ""),
+        ([(63.44, 10.39)], ("--datum", "63.45,10.39"), "--datum must be that of /odom/datum, 63.44,10.39 (got 63.45,10.39)"),
+        ([], ("--datum", "63.44,10.39"), "/odom/datum must have a datum (got none)"),
+    ],
+)
+def test_a_mission_is_sent_in_the_plane_of_the_datum_that_the_odometry_states(
+    bench: Any, vessel_hsmc: Any, tmp_path: Path, stated: list[tuple[float, float]], given: tuple[str, ...], refusal: str
+) -> None:
+    (tmp_path / "way.csv").write_text("lat,lon\n63.4405,10.39\n63.4405,10.392\n", encoding="utf-8")
+    bench.start(ReferenceShipNode, mode="path", **RATE)
+    publisher = bench.probe.create_publisher(NavSatFix, "odom/datum", qos.LATCHED)
+    for latitude, longitude in stated:
+        publisher.publish(NavSatFix(latitude=latitude, longitude=longitude))
+    code, output, errors = vessel_hsmc("mission", str(tmp_path / "way.csv"), "--send", "--detach", *given)
+    if refusal:
+        assert code
+        assert refusal in errors
+        return
+    assert (code, "path: 2 waypoints" in output) == (0, True), errors
 
 
 def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: Any) -> None:

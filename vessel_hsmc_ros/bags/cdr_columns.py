@@ -199,7 +199,7 @@ class _Walk:
     ) -> None:
         self.data, self.order, self.types, self.classes, self.layout = data, order, types, classes, layout
         self.position = ENCAPSULATION
-        # A message without fields takes no bytes: lists of lists of such could go on for ever.
+        # A message without fields takes no bytes: lists of lists of such would be read without an end.
         self.left = MAX_NESTED + len(data)
         self.unused = UNUSED
 

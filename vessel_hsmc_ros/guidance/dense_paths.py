@@ -1,4 +1,4 @@
-"""Waypoints of planners and track logs: those that are needed, and wide corners in the place of many short legs.
+"""Waypoints of planners and track logs: those that are needed, and wide corners where there are many short legs.
 
 A planner gives a point every few centimetres, and the first behind the vessel. Of waypoints with one speed, between stops, those
 remain from the legs of which the others are at most a tolerance off [1].

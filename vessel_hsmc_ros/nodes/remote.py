@@ -16,6 +16,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import NavSatFix
 from vessel_hsmc_msgs.msg import Event, ReferenceState
@@ -169,11 +170,11 @@ class Remote:
             self.until(confirmed, patience)
         return confirmed()[-1] if confirmed() else ""
 
-    def receive(self, kind: Any, topic: str) -> Any:
-        """The next message on a topic of the vessel; None if there is none in time."""
+    def receive(self, kind: Any, topic: str, profile: QoSProfile = qos.LATEST, limit: float | None = None) -> Any:
+        """The next message on a topic of the vessel, or the latched one; None if there is none within a time, s."""
         received: list[Any] = []
-        subscription = self.node.create_subscription(kind, self.name(topic), received.append, qos.LATEST)
-        self.until(lambda: received, DISCOVERY_LIMIT)
+        subscription = self.node.create_subscription(kind, self.name(topic), received.append, profile)
+        self.until(lambda: received, limit or DISCOVERY_LIMIT)
         self.node.destroy_subscription(subscription)
         return received[-1] if received else None
 
@@ -338,13 +339,11 @@ def stated_datum(remote: Remote) -> tuple[float, float] | None:
 
     Raises RunError if one is to state them and has not, as before its first fix.
     """
-    topic, found = remote.name(DATUM), list[NavSatFix]()
     remote.require(REFERENCE)
-    remote.node.create_subscription(NavSatFix, topic, found.append, qos.LATCHED)
-    remote.until(lambda: found, CONFIRMATION_LIMIT)
-    if not found and remote.node.count_publishers(topic):
-        raise RunError(f"{topic} must have a datum (got none): has the odometry had its first fix?")
-    return (found[-1].latitude, found[-1].longitude) if found else None
+    found = remote.receive(NavSatFix, DATUM, qos.LATCHED, CONFIRMATION_LIMIT)
+    if found is None and remote.node.count_publishers(remote.name(DATUM)):
+        raise RunError(f"{remote.name(DATUM)} must have a datum (got none): has the odometry had its first fix?")
+    return None if found is None else (found.latitude, found.longitude)
 
 
 def frame_of(remote: Remote, *modes: str) -> str:
