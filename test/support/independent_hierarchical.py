@@ -65,7 +65,7 @@ class IndependentHierarchical:
     """The law with its memory.
 
     Args:
-        gains: By the symbols of the pages, in SI units: c a l0 T_a k1 .. m33, tau_1max, tau_2max, j, T_c, U_c, T.
+        gains: By the symbols of the pages, in SI units: c a l0 T_a a_r k1 .. m33, tau_1max, tau_2max, j, T_c, U_c, T.
         actuators: Lag, remaining lag, rate and dead time of surge force and yaw moment.
         centers: Of the neurons, lists of three.
         width: Of every neuron.
@@ -131,19 +131,22 @@ class IndependentHierarchical:
         bow = mp.expj(psi)
         beam = mpc(0, 1) * bow
         field, turn, lever = self.functions(mpc(x, y), u * bow + v * beam, desired, acceleration)
-        w, dw, r_c, dr_c, ahead, dahead = field(0), mp.diff(field, 0), turn(0), mp.diff(turn, 0), lever(0), mp.diff(lever, 0)
-        sigma2 = r - r_c
-        S1, S2 = v - dot(w, beam) + ahead * sigma2, u - dot(w, bow)
+        w, dw, r_c, dr_c = field(0), mp.diff(field, 0), turn(0), mp.diff(turn, 0)
+        sigma1, sigma2 = v - dot(w, beam), r - r_c
+        dsigma1 = fv - dot(dw, beam) + r * dot(w, bow)
+        ahead, of_sigma1 = lever(0, sigma1), mp.diff(lever, (0, sigma1), (0, 1))
+        dahead = mp.diff(lever, (0, sigma1), (1, 0)) + of_sigma1 * dsigma1
+        S1, S2 = sigma1 + ahead * sigma2, u - dot(w, bow)
         tau_2 = dot(dw, beam) - r * dot(w, bow) + ahead * dr_c - dahead * sigma2 - fv - ahead * fr
         reaching = g["k1"] * S1 + g["eta1"] * limited(S1 / g["phi1"], 1)
         # A yaw acceleration that changes by j per second stops this rate of the surface on its way to zero.
         tau_2 = g["m33"] / ahead * (tau_2 - limited(reaching, mp.sqrt(2 * g["j"] * abs(ahead * S1))))
         tau_1 = g["m11"] * (dot(dw, bow) + r * dot(w, beam) - fu - g["k2"] * S2 - g["eta2"] * limited(S2 / g["phi2"], 1))
         free_1, free_2 = mpf(abs(tau_1) <= g["tau_1max"]), mpf(abs(tau_2) <= g["tau_2max"])
-        return (tau_1, tau_2), (free_1 * S2, free_2 * S1, free_2 * ahead * S1)
+        return (tau_1, tau_2), (free_1 * S2, free_2 * (1 + of_sigma1 * sigma2) * S1, free_2 * ahead * S1)
 
     def functions(self, where, way, desired, acceleration):
-        """w, r_c and l as functions of the time from now on, along a motion of constant velocity."""
+        """w, r_c and l as functions of the time from now on, along a motion of constant velocity; l of sigma1 too."""
         g = self.g
         x_d, y_d, psi_d, u_d, v_d, r_d = desired
         du, dv, dr = numbers(acceleration)
@@ -161,9 +164,10 @@ class IndependentHierarchical:
             water, least = reference - self.current, g["U_c"] ** 2
             return (r_d + t * dr) * (dot(reference, water) + least) / (dot(water, water) + least)
 
-        def lever(t):
+        def lever(t, sigma1):
             water = field(t) - self.current
-            size = sqrt(g["l0"] ** 2 + g["T_a"] ** 2 * dot(water, water))
+            near, far = g["l0"] ** 2 + g["T_a"] ** 2 * dot(water, water), sqrt(dot(water, water)) * sigma1 / (2 * g["a_r"])
+            size = mp.root(near**2 + far**2, 4)
             return size if u_d >= 0 else -size
 
         return field, turn, lever

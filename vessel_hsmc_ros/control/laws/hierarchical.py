@@ -9,6 +9,8 @@
 | r_c | yaw rate of the reference, corrected for the current | rad/s | (17) |
 | sigma1, sigma2 | first-level surfaces of sway and heading | m/s, rad/s | (12), (17) |
 | l, ahead | distance of the controlled point ahead of the origin, b/a of the paper | m | (20) |
+| U | wanted speed through the water, the length of w - c | m/s | - |
+| a_r | yaw deceleration that a turn is to need at most | rad/s² | - |
 | S1, S2 | second-level surface of yaw, surface of surge | m/s, m/s | (20), (23) |
 | k1, k2; eta1, eta2; phi1, phi2 | reaching gains, switching gains, boundary layers | 1/s, m/s², m/s | (21), (27) |
 | j | largest rate of the yaw acceleration; a reaching of at most sqrt(2·j·l·S1) can be stopped in time | rad/s³ | - |
@@ -19,11 +21,12 @@
 | c | estimated current, earth-fixed, and lasting sway velocity of the hull | m/s | - |
 | tau_1, tau_2 | surge force, yaw moment | N, N·m | (28), (22) |
 
-    f = 2·c/(1 + sqrt(1 + 2·c²·d/a)),   l = ±sqrt(l0² + (T_a·|w - c|)²) with the sign of u_d
+    f = 2·c/(1 + sqrt(1 + 2·c²·d/a)),   l⁴ = (l0² + (T_a·U)²)² + (U·sigma1/(2·a_r))², with the sign of u_d
     sigma1 = v - w·beam,   sigma2 = r - r_c,   S1 = sigma1 + l·sigma2,   S2 = u - w·bow
 
 S1 and S2 are the velocity error of the point at the distance l ahead, across and along the hull. In the printed law this point is
-b/a = 100 km ahead. Both surfaces obey dS = -k·S - eta·sat(S/phi) as far as the networks are right and the wrench is not limited.
+b/a = 100 km ahead. Far off the course l grows, so that S1 = 0 asks for the yaw rate that the deceleration a_r stops within the
+course error sigma1/U. Both surfaces obey dS = -k·S - eta·sat(S/phi) as far as networks are right and the wrench is not limited.
 They take the predicted motion, at the time at which the command arrives at the hull, so noise does not reach the wrench directly.
 docs/hierarchical.md derives the law and states what is proven. Source: docs/paper.md.
 """
@@ -175,13 +178,14 @@ def ahead(motion: Motion, f: Estimates, n_1: int, n_2: int, m: Memory, g: Gains)
 
 
 class Surfaces(NamedTuple):
-    """The surfaces, the distance of the controlled point, and the wrench without limits."""
+    """The surfaces, the distance of the controlled point, the slope of S1 over v, and the wrench without limits."""
 
     sigma1: float
     sigma2: float
     S1: float
     S2: float
     ahead: float
+    slope: float
     tau_1: float
     tau_2: float
 
@@ -198,19 +202,25 @@ def control(
     `way`: surge velocity of the reference, whose sign l has. `turn`: r_c and its rate.
     """
     r, square = motion.r, g.T_a * g.T_a
+    sigma1, sigma2, dsigma1 = motion.v - n.w2, r - turn[0], f.fv - n.dw2 + r * n.w1
     c1, c2 = to_body(c[0], c[1], motion.psi)
     U1, U2 = n.w1 - c1, n.w2 - c2
-    ahead = math.copysign(math.sqrt(g.l0 * g.l0 + square * (U1 * U1 + U2 * U2)), way)
-    dl = square * (U1 * n.dw1 + U2 * n.dw2) / ahead
-    sigma1, sigma2 = motion.v - n.w2, r - turn[0]
-    S1, S2 = sigma1 + ahead * sigma2, motion.u - n.w1
+    U = max(math.sqrt(U1 * U1 + U2 * U2), 1e-9)
+    dU, X_v = (U1 * n.dw1 + U2 * n.dw2) / U, 0.5 * U / g.a_r
+    Q, X = g.l0 * g.l0 + square * U * U, X_v * sigma1
+    dQ, dX = 2.0 * square * U * dU, 0.5 * dU / g.a_r * sigma1 + X_v * dsigma1
+    ahead = math.copysign((Q * Q + X * X) ** 0.25, way)
+    cube = 2.0 * ahead * ahead * ahead
+    dl = (Q * dQ + X * dX) / cube
 
-    equivalent_2 = n.dw2 - r * n.w1 + ahead * turn[1] - dl * sigma2 - f.fv - ahead * f.fr
+    S1, S2 = sigma1 + ahead * sigma2, motion.u - n.w1
+    slope = 1.0 + sigma2 * X * X_v / cube
+    equivalent_2 = -dsigma1 + ahead * turn[1] - dl * sigma2 - ahead * f.fr
     reaching = clip(g.k1 * S1 + g.eta1 * clip(S1 / g.phi1, 1.0), math.sqrt(2.0 * g.j * abs(ahead * S1)))
     tau_2 = g.m33 / ahead * (equivalent_2 - reaching)
     equivalent_1 = n.dw1 + r * n.w2 - f.fu
     tau_1 = g.m11 * (equivalent_1 - g.k2 * S2 - g.eta2 * clip(S2 / g.phi2, 1.0))
-    return Surfaces(sigma1, sigma2, S1, S2, ahead, tau_1, tau_2)
+    return Surfaces(sigma1, sigma2, S1, S2, ahead, slope, tau_1, tau_2)
 
 
 @kernel
@@ -246,7 +256,7 @@ def step(
     m.queue[0, m.head], m.queue[1, m.head] = wrench
 
     e = innovation(motion, estimate)
-    adapt_weights(m, (e.u, e.v, e.r), (free_1 * s.S2, free_2 * s.S1, free_2 * s.ahead * s.S1), g)
+    adapt_weights(m, (e.u, e.v, e.r), (free_1 * s.S2, free_2 * s.slope * s.S1, free_2 * s.ahead * s.S1), g)
     tau_1 = applied(m.tau_1, arriving(m.queue, 0, m.head, n_1), g.surge)
     tau_2 = applied(m.tau_2, arriving(m.queue, 1, m.head, n_2), g.yaw)
     predicted = predict(estimate, Acceleration(f.fu + tau_1 / g.m11, f.fv, f.fr + tau_2 / g.m33), e, g)
