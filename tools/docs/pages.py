@@ -5,7 +5,7 @@ python tools/docs/pages.py
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from guarantees import GUARANTEES
@@ -14,7 +14,7 @@ from remedies import REMEDIES
 from vessel_hsmc_ros.boats.interfaces import Interface, commands, interfaces
 from vessel_hsmc_ros.control.safety.reasons import Reason
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -97,13 +97,16 @@ BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def parameter_page() -> str:
-    """A Markdown page with one table per node."""
-    return HEAD + "".join(f"\n## {node}\n\n{_table(cls)}" for node, cls in (NODES | WATCHERS).items())
+    """A Markdown page with a table of what an owner sets first, and one per node."""
+    nodes = {node: schema.entries(cls) for node, cls in (NODES | WATCHERS).items()}
+    every = {f"{node}.{name}": entry for node, entries in nodes.items() for name, entry in entries.items()}
+    tables = {"What an owner sets": {name: every[name] for name in FIRST}, **nodes}
+    return HEAD + "".join(f"\n## {title}\n\n{_table(entries)}" for title, entries in tables.items())
 
 
-def _table(cls: type) -> str:
+def _table(entries: Mapping[str, schema.Entry]) -> str:
     rows = ["| parameter | default | allowed | symbol | meaning |", "|---|---|---|---|---|"]
-    for name, entry in schema.entries(cls).items():
+    for name, entry in entries.items():
         default = list(entry.default) if isinstance(entry.default, tuple) else entry.default
         shown = f"{default:g}" if isinstance(default, float) else str(default)
         mark = " *" if entry.tunable else ""
