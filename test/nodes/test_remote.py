@@ -97,7 +97,7 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
         ),
         (f"{force}=1e20", f"{force} must be a finite number from"),
         (f"{force}=much", f"{force} must be a finite number from"),
-        ("kontroller.rate_hz=20", "kontroller is not a node: did you mean controller?"),
+        ("kontroller.rate_hz=20", "kontroller is not a node; did you mean controller?"),
         ("rate_hz=20", "rate_hz is not a parameter: it must be node.parameter"),
     ):
         code, output, error = vessel_hsmc("set", f"{gain}=0.5", wrong)

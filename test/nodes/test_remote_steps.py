@@ -165,8 +165,8 @@ def test_parameters_that_a_node_lacks_are_none_and_each_has_its_own_value() -> N
     ("name", "reason"),
     [
         ("los_pid.surge_gain", "not in use"),
-        ("los_pid.surge_gian", "did you mean controller.los_pid.surge_gain"),
-        ("gian", "did you mean controller.gain"),
+        ("los_pid.surge_gian", "did you mean los_pid.surge_gain"),
+        ("gian", "did you mean gain"),
     ],
 )
 def test_a_change_of_a_law_that_does_not_run_is_refused_as_such_and_a_misspelt_one_with_the_nearest_name(

@@ -1,6 +1,5 @@
 """A client of running nodes: finds them, calls their services, reads and changes their parameters, sends them goals and paths."""
 
-import difflib
 import math
 import os
 import time
@@ -229,8 +228,8 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
         node, dot, name = key.partition(".")
         if not (node and dot and name):
             raise ParameterError(f"{key} is not a parameter: it must be node.parameter, such as controller.guided.position_gain")
-        if node not in DECLARED and (close := difflib.get_close_matches(node, DECLARED, n=1)):
-            raise ParameterError(f"{node} is not a node: did you mean {close[0]}?")
+        if node not in DECLARED and (near := schema.meant(node, DECLARED)):
+            raise ParameterError(f"{node} is not a node{near}")
         by_node.setdefault(node, {})[name] = value
     remote.require(*by_node)
     checked = {node: _checked(remote, node, values) for node, values in by_node.items()}
@@ -256,9 +255,7 @@ def _checked(remote: Remote, node: str, values: Mapping[str, object]) -> list[Pa
     every = known.union(schema.entries(DECLARED[node]) if node in DECLARED else ())
     for name in values:
         if name not in every:
-            close = difflib.get_close_matches(name, every, n=1, cutoff=0.5)
-            hint = f"did you mean {node}.{close[0]}?" if close else "`vessel-hsmc parameters` lists all of them"
-            raise ParameterError(f"{node}.{name} is not a parameter: {hint}")
+            raise ParameterError(f"{node}.{name} is not a parameter: {schema.suggestion(name, every)}")
         if name not in known:
             raise ParameterError(f"{node}.{name} is not in use: it is of a law or mode that the node does not run")
     descriptors = remote.call(describer, DescribeParameters.Request(names=list(values))).descriptors
