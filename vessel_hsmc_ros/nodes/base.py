@@ -131,7 +131,10 @@ class VesselNode(Node, metaclass=Whole):
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """As that of rclpy, which the services call; numbers may be written as `ros2 param` writes them."""
-        changes = requested_changes(self, parameter_list)
+        try:
+            changes = requested_changes(self, parameter_list)
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return super().set_parameters_atomically(changes) if changes else SetParametersResult(successful=True)
 
     # -- for subclasses -----------------------------------------------------------------------------------------------
