@@ -6,7 +6,7 @@ takes all messages they hold, and serves everything else a fixed number of times
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -24,12 +24,31 @@ SERVICE_PERIOD = 0.02  # longest delay of timers, services and other subscriptio
 BURST = 64  # messages taken from one subscription before the next is served
 
 
+def take_all(subscriptions: Sequence[Subscription]) -> bool:
+    """Serve the messages in the queues of subscriptions; returns whether there were any."""
+    found = False
+    for subscription in tuple(subscriptions):
+        take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
+        wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
+        callback = subscription.callback
+        for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
+            taken = take(kind, raw)
+            if taken is None:  # the queue is empty
+                break
+            found = True
+            if wants_info:
+                callback(*taken)
+            else:
+                callback(taken[0])
+    return found
+
+
 class DirectExecutor(SingleThreadedExecutor):
     """Serves `subscriptions` as soon as they hold a message, and all other entities of its nodes every SERVICE_PERIOD.
 
     `subscriptions`: those served directly. The list may grow while the executor runs. `poll_period`: poll the subscriptions
     with this period, s, so that many messages cost one wake-up; 0 waits for messages instead. `service_period`: time after
-    which everything else is served again, s.
+    which everything else is served again, s. `polled`: further subscriptions, served with everything else.
     """
 
     def __init__(
@@ -38,11 +57,12 @@ class DirectExecutor(SingleThreadedExecutor):
         poll_period: float = 0.0,
         context: Context | None = None,
         service_period: float = SERVICE_PERIOD,
+        polled: list[Subscription] | None = None,
     ) -> None:
         super().__init__(context=context)
         self._service_period = service_period
         self._known: set[int] = set()
-        self._direct = subscriptions
+        self._direct, self._polled = subscriptions, [] if polled is None else polled
         self._poll_period = poll_period
         self._next_service = 0.0
 
@@ -58,30 +78,11 @@ class DirectExecutor(SingleThreadedExecutor):
                     for subscription in self._direct[size:]:
                         held.enter_context(subscription.handle)
                     size = len(self._direct)
-                    self._known = {id(subscription) for subscription in self._direct}
                     wait_set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
-                if not self.take_direct():
+                if not take_all(self._direct):
                     self._wait(wait_set)
                 if time.monotonic() >= self._next_service:
                     self._serve_rest()
-
-    def take_direct(self) -> bool:
-        """Serve the messages in the queues of the direct subscriptions; returns whether there were any."""
-        found = False
-        for subscription in tuple(self._direct):
-            take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
-            wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
-            callback = subscription.callback
-            for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
-                taken = take(kind, raw)
-                if taken is None:  # the queue is empty
-                    break
-                found = True
-                if wants_info:
-                    callback(*taken)
-                else:
-                    callback(taken[0])
-        return found
 
     def _wait(self, wait_set: object) -> None:
         if self._poll_period or wait_set is None:
@@ -94,6 +95,10 @@ class DirectExecutor(SingleThreadedExecutor):
 
     def _serve_rest(self) -> None:
         """Serve every other entity that is ready, but not for longer than a service period."""
+        self._known = {id(subscription) for subscription in (*self._direct, *self._polled)}
+        end = time.monotonic() + self._service_period
+        while take_all(self._polled) and time.monotonic() < end:
+            pass
         end = time.monotonic() + self._service_period
         with suppress(TimeoutException, ShutdownException):
             while time.monotonic() < end:
@@ -164,7 +169,7 @@ class PromptExecutor(DirectExecutor):
             rest = any(map(wait_set.get_ready_entities, ("guard_condition", "client", "service")))
             self._call(timers)
             if not self._changed:
-                self.take_direct()
+                take_all(self._direct)
             if rest or time.monotonic() >= self._next_service:
                 self._serve_rest()
                 self._next_service = time.monotonic() + period

@@ -87,13 +87,15 @@ def run_nodes(
     requested_at: float | None = None,
     faults: FaultScript | None = None,
     with_page: bool = True,
+    composed: bool = True,
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
     A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
     namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
-    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default. Returns
-    the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
+    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default.
+    `composed`: whether all nodes share one process where they may. Returns the result; a failed run is a result with a nonzero
+    exit code. Raises RunError if ROS is not installed.
     """
     supervisor = supervisor_module()
     origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
@@ -102,10 +104,16 @@ def run_nodes(
         origin |= {"faults": [fault.describe() for fault in faults.faults]}
     recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
     folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
-    status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection)
+    composed = composed and may_share(scenario, faults)
+    status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection, (), composed)
     result = Result(folder, status.code, status.failure)
     summarise(result, origin, lambda: _evaluate_bag(result, origin, requested_at or _process_start(), with_page))
     return result
+
+
+def may_share(scenario: Scenario, faults: FaultScript | None) -> bool:
+    """Whether the nodes of a run may share a process: in real time one would delay another, and faults act on processes."""
+    return scenario.controller.lockstep and faults is None
 
 
 def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True, with_page: bool = True) -> Result:
