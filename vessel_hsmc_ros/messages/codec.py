@@ -7,8 +7,8 @@ bytes are those of rclpy. A message that is read is a tuple of tuples with the f
 import struct
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache
-from operator import attrgetter, itemgetter
+from functools import lru_cache, partial
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.messages.raw import message_class
@@ -24,7 +24,7 @@ LENGTH, TEXT = "I", "string"
 class Leaf(NamedTuple):
     """A field without fields of its own."""
 
-    name: str  # dotted
+    name: str  # dotted, of the attributes that hold the values: properties cost more than all else
     code: str  # of `struct`; empty for a text
     elements: int | None = None  # elements of an array; None for a single value, -1 for a list of any length
 
@@ -36,7 +36,7 @@ class Leaf(NamedTuple):
 
 def _leaves(kind: Any, prefix: str = "") -> Iterator[Leaf]:
     """The leaves of a message type. Raises KeyError for a type with texts in lists, or messages in lists."""
-    for field, name in kind.get_fields_and_field_types().items():
+    for field, name in zip(kind.__slots__, kind.get_fields_and_field_types().values(), strict=False):
         element, _, count = name.removeprefix("sequence<").rstrip(">]").partition("[")
         if name == TEXT:
             yield Leaf(prefix + field, "")
@@ -81,18 +81,20 @@ class Encoder:
         self._values: Callable[[Any], Any] = attrgetter(*names)
         if len(names) == 1:
             self._values = lambda message: (getattr(message, names[0]),)
-        self._lists = [(i, leaf) for i, leaf in enumerate(self._leaves) if leaf.varies or leaf.elements is not None]
+        lists = [(i, leaf) for i, leaf in enumerate(self._leaves) if leaf.varies or leaf.elements is not None]
+        self._lists = [(i, not leaf.code, leaf.varies) for i, leaf in lists]
         self._formats: dict[tuple[int, ...], struct.Struct] = {}
 
     def __call__(self, message: Any) -> bytes:
         """The serialised form of a message."""
         given: list[Any] = [LITTLE_ENDIAN]
-        values, lengths, done = self._values(message), list[int](), 0
-        for i, leaf in self._lists:
+        values, lengths, done = self._values(message), [], 0
+        for i, text, varies in self._lists:
             given += values[done:i]
-            data = values[i].encode() + b"\0" if not leaf.code else values[i].tobytes()
-            if leaf.varies:
-                length = len(data) if not leaf.code else len(values[i])
+            value = values[i]
+            data = value.encode() + b"\0" if text else value.tobytes()
+            if varies:
+                length = len(data if text else value)
                 given.append(length)
                 lengths.append(length)
             given.append(data)
@@ -112,23 +114,25 @@ class Decoder:
             raise KeyError(f"{kind.__name__} has a list of any length")
         self._texts = [i for i, leaf in enumerate(self._leaves) if leaf.varies]
         self._arrays = [(i, leaf.code) for i, leaf in enumerate(self._leaves) if leaf.elements is not None]
-        self._made, _ = _made(kind, 0)
+        self._groups = list(reversed(_groups(kind, 0)[0]))
         self._lengths = (0,) * len(self._texts)
         self._struct = struct.Struct(_format(self._leaves, self._lengths))
 
     def __call__(self, data: bytes) -> Any:
         """The message. Raises ValueError if it is not in the order of bytes, or not of the length, that is expected."""
-        if len(data) != self._struct.size or (found := self._read(data)) is None:
+        if len(data) != self._struct.size or (values := self._read(data)) is None:
             self._expect(data)
-            if len(data) != self._struct.size or (found := self._read(data)) is None:
+            if len(data) != self._struct.size or (values := self._read(data)) is None:
                 raise ValueError("of another form")
-        return self._made(found)
+        for make, begin, end in self._groups:  # the last and innermost first: what lies before it stays where it is
+            values[begin:end] = (make(values[begin:end]),)
+        return values[0]
 
     def _read(self, data: bytes) -> list[Any] | None:
         """The values of the leaves; None if the texts have other lengths."""
         encapsulation, *values = self._struct.unpack(data)
-        for k, i in enumerate(self._texts):  # the length of a text is followed by the text
-            if values.pop(i) != self._lengths[k]:
+        for i, length in zip(self._texts, self._lengths, strict=True):  # the length of a text is followed by the text
+            if values.pop(i) != length:
                 return None
             values[i] = values[i][:-1].decode()
         for i, code in self._arrays:
@@ -147,22 +151,19 @@ class Decoder:
         self._lengths, self._struct = tuple(lengths), struct.Struct(_format(self._leaves, lengths))
 
 
-def _made(kind: Any, begin: int) -> tuple[Callable[[list[Any]], Any], int]:
-    """What makes a message of a type of the values of its leaves, and the index after its last one; `begin`: of its first."""
+def _groups(kind: Any, begin: int) -> tuple[list[tuple[Callable[[list[Any]], Any], int, int]], int]:
+    """What makes the tuples of a message, each with its place among the values, and the number of leaves up to its end."""
     fields = kind.get_fields_and_field_types()
-    parts: list[Callable[[list[Any]], Any]] = []
+    groups = [(partial(tuple.__new__, namedtuple(kind.__name__, fields)), begin, begin + len(fields))]
     end = begin
     for name in fields.values():
         if "/" in name:
             package, _, short = name.partition("/")
-            part, end = _made(message_class(f"{package}/msg/{short}"), end)
+            inner, end = _groups(message_class(f"{package}/msg/{short}"), end)
+            groups += inner
         else:
-            part, end = itemgetter(end), end + 1
-        parts.append(part)
-    make: Any = getattr(namedtuple(kind.__name__, fields), "_make")  # noqa: B009 - it has no public name
-    if not any("/" in name for name in fields.values()):
-        return (lambda values: make(values[begin:end])), end
-    return (lambda values: make([part(values) for part in parts])), end
+            end += 1
+    return groups, end
 
 
 @lru_cache(maxsize=256)

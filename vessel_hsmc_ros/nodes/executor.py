@@ -82,7 +82,16 @@ class DirectExecutor(SingleThreadedExecutor):
                 if not take_all(self._direct):
                     self._wait(wait_set)
                 if time.monotonic() >= self._next_service:
+                    self._call([timer for node in self.get_nodes() for timer in node.timers])
                     self._serve_rest()
+
+    def _call(self, timers: list[Timer]) -> None:
+        """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
+        for timer in timers:
+            with suppress(rclpy_implementation.InvalidHandle):  # a callback before it has destroyed it
+                if timer.handle.is_timer_ready():
+                    timer.handle.call_timer()
+                    timer.callback()
 
     def _wait(self, wait_set: object) -> None:
         if self._poll_period or wait_set is None:
@@ -108,8 +117,8 @@ class DirectExecutor(SingleThreadedExecutor):
         self._next_service = time.monotonic() + self._service_period
 
     def can_execute(self, entity: Any) -> bool:
-        """Leave the direct subscriptions out of rclpy's wait set: with many of them, building it would take most of the time."""
-        return id(entity) not in self._known and super().can_execute(entity)
+        """Leave timers and direct subscriptions out of rclpy's wait set: building it for each would take most of the time."""
+        return not isinstance(entity, Timer) and id(entity) not in self._known and super().can_execute(entity)
 
 
 LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
@@ -173,13 +182,6 @@ class PromptExecutor(DirectExecutor):
             if rest or time.monotonic() >= self._next_service:
                 self._serve_rest()
                 self._next_service = time.monotonic() + period
-
-    def _call(self, timers: list[Timer]) -> None:
-        """Call the timers that are due; the others of them later, if one has created or destroyed something."""
-        for timer in timers:
-            if not self._changed and timer.handle.is_timer_ready():
-                timer.handle.call_timer()
-                timer.callback()
 
 
 def _entities(nodes: "list[Node]") -> tuple[list[Timer], list[Subscription], dict[str, list[Any]]]:
