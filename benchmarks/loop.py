@@ -31,7 +31,7 @@ ROUND_TRIPS = 5000
 WARM_UP = 500
 DURATION, SHORT, PERIOD = 100.0, 1.0, 0.01
 LIMIT = 120.0
-FORMS = {"step in one process": "--composed", "step in four processes": "--processes"}
+FORMS = {"one process": "--composed", "four processes": "--processes"}
 
 
 class Cost(NamedTuple):
@@ -60,12 +60,14 @@ def main() -> None:
                 found[name].append(lockstep_step(FORMS[name]) if name in FORMS else round_trip())
     table = Table("", "median", "smallest", "largest")
     for name, costs in found.items():
-        add_row(table, name, "{:.3f} ms", [1e3 * cost.wall for cost in costs])
-        add_row(table, f"{name}, processor time", "{:.3f} ms", [1e3 * cost.processor for cost in costs])
+        add_row(table, f"{name}: wall time", "{:.3f} ms", [1e3 * cost.wall for cost in costs])
+        add_row(table, f"{name}: processor time", "{:.3f} ms", [1e3 * cost.processor for cost in costs])
     bare = found["bare round trip"]
     for name in FORMS:
-        add_row(table, f"{name}, in round trips", "{:.2f}", [a.wall / b.wall for a, b in zip(found[name], bare, strict=True)])
-        add_row(table, f"{name}, times faster than real time", "{:.1f}", [PERIOD / cost.wall for cost in found[name]])
+        pairs = list(zip(found[name], bare, strict=True))
+        add_row(table, f"{name}: round trips a step", "{:.2f}", [a.wall / b.wall for a, b in pairs])
+        add_row(table, f"{name}: by processor time", "{:.2f}", [a.processor / b.processor for a, b in pairs])
+        add_row(table, f"{name}: times real time", "{:.1f}", [PERIOD / cost.wall for cost in found[name]])
     console.print(table)
 
 

@@ -154,7 +154,9 @@ class Decoder:
 def _groups(kind: Any, begin: int) -> tuple[list[tuple[Callable[[list[Any]], Any], int, int]], int]:
     """What makes the tuples of a message, each with its place among the values, and the number of leaves up to its end."""
     fields = kind.get_fields_and_field_types()
-    groups = [(partial(tuple.__new__, namedtuple(kind.__name__, fields)), begin, begin + len(fields))]
+    groups: list[tuple[Callable[[list[Any]], Any], int, int]] = [
+        (partial(tuple.__new__, namedtuple(kind.__name__, fields)), begin, begin + len(fields))
+    ]
     end = begin
     for name in fields.values():
         if "/" in name:

@@ -79,28 +79,31 @@ class DirectExecutor(SingleThreadedExecutor):
                         held.enter_context(subscription.handle)
                     size = len(self._direct)
                     wait_set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
-                if not take_all(self._direct):
-                    self._wait(wait_set)
-                if time.monotonic() >= self._next_service:
+                busy = take_all(self._direct) or self._wait(wait_set)
+                if not busy or time.monotonic() >= self._next_service:
                     self._call([timer for node in self.get_nodes() for timer in node.timers])
                     self._serve_rest()
 
     def _call(self, timers: list[Timer]) -> None:
         """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
         for timer in timers:
-            with suppress(rclpy_implementation.InvalidHandle):  # a callback before it has destroyed it
-                if timer.handle.is_timer_ready():
-                    timer.handle.call_timer()
-                    timer.callback()
+            due = False
+            with suppress(rclpy_implementation.InvalidHandle):  # the callback of another timer has destroyed it
+                due = timer.handle.is_timer_ready()
+            if due:
+                timer.handle.call_timer()
+                timer.callback()
 
-    def _wait(self, wait_set: object) -> None:
+    def _wait(self, wait_set: Any) -> bool:
+        """Wait for a message, at most for SERVICE_PERIOD; returns whether there may be one."""
         if self._poll_period or wait_set is None:
             time.sleep(self._poll_period or SERVICE_PERIOD)
-            return
-        wait_set.clear_entities()  # type: ignore[attr-defined]
+            return wait_set is not None
+        wait_set.clear_entities()
         for subscription in self._direct:
-            wait_set.add_subscription(subscription.handle)  # type: ignore[attr-defined]
-        wait_set.wait(int(SERVICE_PERIOD * 1e9))  # type: ignore[attr-defined]
+            wait_set.add_subscription(subscription.handle)
+        wait_set.wait(int(SERVICE_PERIOD * 1e9))
+        return bool(wait_set.get_ready_entities("subscription"))
 
     def _serve_rest(self) -> None:
         """Serve every other entity that is ready, but not for longer than a service period."""

@@ -34,7 +34,7 @@ from vessel_hsmc_ros.nodes.process import (
 from vessel_hsmc_ros.nodes.ros_environment import start_error
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 
-NODES_OF_A_VESSEL = 3  # plant, reference ship and controller, for which the executor has its usual period
+NODES_SERVED = 2  # nodes whose timers and services are served in each period of the executor
 
 
 def executor_of(nodes: Sequence[VesselNode]) -> DirectExecutor:
@@ -48,7 +48,7 @@ def executor_of(nodes: Sequence[VesselNode]) -> DirectExecutor:
         served = polled if node.POLL_PERIOD else shared
         served += node.direct_subscriptions
         node.direct_subscriptions = node.connections.subscriptions = served
-    period = SERVICE_PERIOD * max(1.0, len(nodes) / NODES_OF_A_VESSEL)
+    period = SERVICE_PERIOD * max(1.0, len(nodes) / NODES_SERVED)
     executor = DirectExecutor(shared, context=nodes[0].context, service_period=period, polled=polled)
     for node in nodes:
         executor.add_node(node)

@@ -20,10 +20,10 @@ from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
 from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation import offline
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.report import Record
+    from vessel_hsmc_ros.simulation import offline
 
 Progress = Callable[[float], None]
 
@@ -123,6 +123,8 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     failed run is a result with a nonzero exit code. Raises ScenarioError if the scenario has no duration; RunError if the run
     folder cannot be created, or its parameters cannot be written.
     """
+    from vessel_hsmc_ros.simulation import offline  # a run of the nodes starts without it
+
     origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
     result = Result(make_run_folder(parent, f"{scenario.name}_offline"))  # before the run: a folder is refused at once
@@ -151,7 +153,7 @@ def _note_failure(result: Result, error: Exception) -> None:
     result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
 
 
-def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progress) -> None:
+def _run_loop(loop: "offline.ClosedLoop", result: Result, progress: "offline.Progress") -> None:
     """Run a closed loop to its end, to its failure or to an interrupt."""
     started = time.monotonic()
     try:
@@ -163,7 +165,7 @@ def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progre
     result.facts = {"steps": loop.done, "real_time_factor": loop.time / (time.monotonic() - started)}
 
 
-def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> None:
+def _write_bag(loop: "offline.ClosedLoop", result: Result, scenario: Scenario) -> None:
     """Write the bag of a closed loop as far as it has come."""
     from vessel_hsmc_ros.bags.run_to_bag import write_bag  # imports the libraries of bags
 
