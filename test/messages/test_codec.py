@@ -4,26 +4,37 @@ from array import array
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry, Path
+from rcl_interfaces.msg import ParameterValue
 from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState, JointState, NavSatFix
 from std_msgs.msg import Float64
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.messages.codec import Decoder, Encoder, decoder, encoder
 from vessel_hsmc_ros.messages.raw import message_class
 
-KINDS = (Odometry, WrenchStamped, PoseStamped, TwistStamped, AccelStamped, Clock, Float64, ControlState, ReferenceState)
+KINDS = (
+    *(Odometry, WrenchStamped, PoseStamped, TwistStamped, AccelStamped, Clock, Float64, ControlState, ReferenceState),
+    *(NavSatFix, BatteryState),
+)
 FLOATS = st.floats(width=64)
 VALUES: dict[str, st.SearchStrategy[Any]] = {
     "double": FLOATS,
     "double[36]": st.lists(FLOATS, min_size=36, max_size=36),
     "sequence<double>": st.lists(FLOATS, max_size=9).map(lambda values: array("d", values)),
     "string": st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), max_size=20),
+    "float": st.floats(width=32),
+    "sequence<float>": st.lists(st.floats(width=32), max_size=5).map(lambda values: array("f", values)),
+    "double[9]": st.lists(FLOATS, min_size=9, max_size=9),
     "boolean": st.booleans(),
+    "int8": st.integers(-(2**7), 2**7 - 1),
+    "uint16": st.integers(0, 2**16 - 1),
     "uint8": st.integers(0, 2**8 - 1),
     "uint64": st.integers(0, 2**64 - 1),
     "int32": st.integers(-(2**31), 2**31 - 1),
@@ -71,8 +82,9 @@ def test_the_bytes_between_the_fields_are_zero() -> None:
 
 
 def test_types_with_other_lists_are_left_to_rclpy() -> None:
-    assert encoder(Path) is None
-    assert decoder(Path) is None
+    for kind in (Path, DiagnosticStatus, ParameterValue, JointState):
+        assert encoder(kind) is None
+        assert decoder(kind) is None
     assert encoder(ControlState) is not None
     assert decoder(ControlState) is None
 

@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 from vessel_hsmc_ros.messages.raw import message_class
 
 LITTLE_ENDIAN = b"\0\1\0\0"  # the encapsulation of a serialised message, from whose end alignment counts
-CODES = {
-    "boolean": "?", "octet": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
-    "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float": "f", "double": "d",
+NUMBERS = {
+    "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q",
+    "float": "f", "double": "d",
 }  # fmt: skip
+CODES = {**NUMBERS, "boolean": "?"}  # of single values; rclpy has lists of booleans, unlike of numbers, as lists of Python
 LENGTH, TEXT = "I", "string"
 
 
@@ -35,7 +36,7 @@ class Leaf(NamedTuple):
 
 
 def _leaves(kind: Any, prefix: str = "") -> Iterator[Leaf]:
-    """The leaves of a message type. Raises KeyError for a type with texts in lists, or messages in lists."""
+    """The leaves of a message type. Raises KeyError for a type with other lists than of numbers, or bounded texts."""
     for field, name in zip(kind.__slots__, kind.get_fields_and_field_types().values(), strict=False):
         element, _, count = name.removeprefix("sequence<").rstrip(">]").partition("[")
         if name == TEXT:
@@ -44,9 +45,11 @@ def _leaves(kind: Any, prefix: str = "") -> Iterator[Leaf]:
             package, _, short = name.partition("/")
             yield from _leaves(message_class(f"{package}/msg/{short}"), f"{prefix}{field}.")
         elif name.startswith("sequence<"):
-            yield Leaf(prefix + field, CODES[element], -1)
+            yield Leaf(prefix + field, NUMBERS[element], -1)
+        elif count:
+            yield Leaf(prefix + field, NUMBERS[element], int(count))
         else:
-            yield Leaf(prefix + field, CODES[element], int(count) if count else None)
+            yield Leaf(prefix + field, CODES[element])
 
 
 def _format(leaves: Sequence[Leaf], lengths: Sequence[int]) -> str:
