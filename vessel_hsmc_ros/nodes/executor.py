@@ -88,7 +88,7 @@ class DirectExecutor(SingleThreadedExecutor):
         """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
         for timer in timers:
             due = False
-            with suppress(rclpy_implementation.InvalidHandle):  # the callback of another timer has destroyed it
+            with suppress(rclpy_implementation.InvalidHandle), timer.handle:  # the callback of another may have destroyed it
                 due = timer.handle.is_timer_ready()
             if due:
                 timer.handle.call_timer()
