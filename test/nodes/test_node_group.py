@@ -1,5 +1,6 @@
 """Several vessels in one process: when they end, and which of them a failure names."""
 
+import re
 from collections.abc import Callable
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -103,6 +104,26 @@ def test_a_node_that_fails_at_its_end_keeps_no_other_from_ending(group: Group) -
     assert group.run() == FAILED
     assert failing.failure == "no command came"
     assert [node.closed for node in group.nodes.values()] == [True, False, True, True]
+
+
+def test_a_middleware_or_a_module_that_is_missing_is_one_line_and_no_start(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def fail(error: Exception) -> Callable[..., Any]:
+        def call(*_: Any, **_options: Any) -> Any:
+            raise error
+
+        return call
+
+    with monkeypatch.context() as patched:
+        patched.setattr(node_group, "_class_of", fail(ModuleNotFoundError("No module named 'mcap'", name="mcap")))
+        assert node_group.main(["alpha/recorder"]) == CANNOT_START
+    assert re.search(r"\[alpha.recorder\]: .*mcap", capfd.readouterr().err)
+    monkeypatch.setattr("rclpy.init", fail(RuntimeError("no such middleware")))
+    assert node_group.main(["alpha/vessel_sim"]) == CANNOT_START
+    error = capfd.readouterr().err
+    assert "cannot start: no such middleware" in error
+    assert "Traceback" not in error
 
 
 def test_a_file_that_cannot_be_read_is_one_line_and_no_start(capfd: pytest.CaptureFixture[str]) -> None:

@@ -19,6 +19,7 @@ from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.node_list import GROUP, LOOP, PLANT
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
@@ -65,14 +66,19 @@ def main(arguments: list[str] | None = None) -> int:
     nodes: list[VesselNode] = []
     name = ""
     trace_crashes()
-    rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        rclpy.init(args=given, signal_handler_options=SignalHandlerOptions.NO)
+    except (RuntimeError, ValueError) as error:
+        get_logger(GROUP).fatal(f"cannot start: {start_error(error)}")
+        return CANNOT_START
     try:
         for name in load_named_files(given[:end]):
             namespace, _, node = name.rpartition("/")
             nodes.append(_class_of(node)(command_line=given, namespace=f"/{namespace}"))
         return _run(nodes, lambda: not received)
-    except (VesselHsmcError, RCLError, ParameterException) as error:
-        get_logger(name.replace("/", ".") or GROUP).fatal(start_error(error))
+    except (VesselHsmcError, RCLError, ParameterException, ModuleNotFoundError) as error:
+        reason = missing_module(error) if isinstance(error, ModuleNotFoundError) else start_error(error)
+        get_logger(name.replace("/", ".") or GROUP).fatal(reason)
         return CANNOT_START
     finally:
         for number in STOP_SIGNALS:
