@@ -212,7 +212,7 @@ SLOW_BOAT: dict[str, Any] = {
 
 @pytest.mark.parametrize(("x", "y", "heading"), [(-0.75, 1.3, 1.0), (1.5, 0.0, 3.0), (-0.75, -1.3, 5.0)])
 def test_it_brakes_its_turns_so_that_slow_actuators_end_in_no_limit_cycle(x: float, y: float, heading: float) -> None:
-    """Without the brake the moment alternates between its limits, and the boat swings by 0.6 m."""
+    """Without the brake the moment alternates between its limits, and the boat oscillates by 0.6 m."""
     boat = parse_scenario(scenario_text("boat", MainData(length=2.2)), "boat", source="boat")
     slow = boat.changed({**SLOW_BOAT, "vessel_sim.initial_pose": [x, y, heading]})
     largest = []
