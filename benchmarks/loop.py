@@ -1,8 +1,9 @@
 """The time of a lockstep step, relative to plain rclpy round trips of the same two message types.
 
-A step is four processes: plant, reference ship, controller and recorder, everything recorded. A round trip is two: one
-publishes nav_msgs/Odometry, the other answers with geometry_msgs/WrenchStamped, both with rclpy's own executor and default
-quality of service. The two take turns, so that other load on the machine affects both.
+A step is that of plant, reference ship, controller and recorder, everything recorded: in one process, and in four. A round trip
+is two processes: one publishes nav_msgs/Odometry, the other answers with geometry_msgs/WrenchStamped, both with rclpy's own
+executor and default quality of service. They take turns, so that other load on the machine affects all. Processor time is that
+of all their processes; of a run it is the difference between a long one and a short one.
 
     python benchmarks/loop.py [--rounds 5]
 """
@@ -10,12 +11,14 @@ quality of service. The two take turns, so that other load on the machine affect
 import argparse
 import json
 import os
+import resource
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import rclpy
 from geometry_msgs.msg import WrenchStamped
@@ -26,8 +29,16 @@ from rich.table import Table
 
 ROUND_TRIPS = 5000
 WARM_UP = 500
-DURATION = 100.0
-LIMIT = 60.0
+DURATION, SHORT, PERIOD = 100.0, 1.0, 0.01
+LIMIT = 120.0
+FORMS = {"one process": "--composed", "four processes": "--processes"}
+
+
+class Cost(NamedTuple):
+    """Wall time and processor time, s."""
+
+    wall: float
+    processor: float
 
 
 def main() -> None:
@@ -40,36 +51,49 @@ def main() -> None:
         echo()
         return
     os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).parents[1] / "config" / "fastdds.xml"))
-    bare, loop = [], []
+    found: dict[str, list[Cost]] = {name: [] for name in ("bare round trip", *FORMS)}
     console = Console()
     with console.status("measuring") as status:
         for turn in range(arguments.rounds):
-            status.update(f"turn {turn + 1} of {arguments.rounds}: bare round trips")
-            bare.append(round_trip())
-            status.update(f"turn {turn + 1} of {arguments.rounds}: case 2 in lockstep")
-            loop.append(lockstep_step())
+            for name in found:
+                status.update(f"turn {turn + 1} of {arguments.rounds}: {name}")
+                found[name].append(lockstep_step(FORMS[name]) if name in FORMS else round_trip())
     table = Table("", "median", "smallest", "largest")
-    for name, values in (("bare round trip", bare), ("lockstep step", loop)):
-        table.add_row(name, *(f"{1e3 * f(values):.3f} ms" for f in (statistics.median, min, max)))
-    ratios = [step / trip for step, trip in zip(loop, bare, strict=True)]
-    table.add_row("round trips a step costs", *(f"{f(ratios):.2f}" for f in (statistics.median, min, max)))
-    speeds = [0.01 / step for step in loop]
-    table.add_row("times faster than real time", *(f"{f(speeds):.1f}" for f in (statistics.median, min, max)))
+    for name, costs in found.items():
+        add_row(table, f"{name}: wall time", "{:.3f} ms", [1e3 * cost.wall for cost in costs])
+        add_row(table, f"{name}: processor time", "{:.3f} ms", [1e3 * cost.processor for cost in costs])
+    bare = found["bare round trip"]
+    for name in FORMS:
+        pairs = list(zip(found[name], bare, strict=True))
+        add_row(table, f"{name}: round trips a step", "{:.2f}", [a.wall / b.wall for a, b in pairs])
+        add_row(table, f"{name}: by processor time", "{:.2f}", [a.processor / b.processor for a, b in pairs])
+        add_row(table, f"{name}: times real time", "{:.1f}", [PERIOD / cost.wall for cost in found[name]])
     console.print(table)
 
 
-def round_trip() -> float:
-    """Return the time of one plain round trip in seconds."""
+def add_row(table: Table, name: str, form: str, values: list[float]) -> None:
+    """Add median, smallest and largest of some values."""
+    table.add_row(name, *(form.format(f(values)) for f in (statistics.median, min, max)))
+
+
+def round_trip() -> Cost:
+    """The cost of one plain round trip."""
     other = subprocess.Popen([sys.executable, __file__, "--echo"])
     try:
-        return measure()
+        return measure(other.pid)
     finally:
         other.kill()
         other.wait()
 
 
-def measure() -> float:
-    """Publish odometry and wait for the wrench, repeatedly."""
+def processor_time(pid: int) -> float:
+    """Processor time of a process so far, s."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def measure(other: int) -> Cost:
+    """Publish odometry and wait for the wrench, repeatedly; `other` is the process that answers."""
     rclpy.init()
     node = rclpy.create_node("bare_plant")
     publisher = node.create_publisher(Odometry, "bare_odom", 10)
@@ -94,13 +118,14 @@ def measure() -> float:
     spin(lambda: publisher.get_subscription_count() and subscription.get_publisher_count())
     publisher.publish(Odometry())
     spin(lambda: count >= WARM_UP)
-    began = time.perf_counter()
+    pids = os.getpid(), other
+    began, used = time.perf_counter(), sum(map(processor_time, pids))
     spin(lambda: count >= WARM_UP + ROUND_TRIPS)
-    taken = time.perf_counter() - began
+    taken, used = time.perf_counter() - began, sum(map(processor_time, pids)) - used
     executor.shutdown()
     node.destroy_node()
     rclpy.shutdown()
-    return taken / ROUND_TRIPS
+    return Cost(taken / ROUND_TRIPS, used / ROUND_TRIPS)
 
 
 def echo() -> None:
@@ -120,15 +145,23 @@ def echo() -> None:
     executor.spin()
 
 
-def lockstep_step() -> float:
-    """Return the time of one step of case 2 in seconds, from the run's summary."""
+def lockstep_step(form: str) -> Cost:
+    """The cost of one step of case 2 in one of FORMS."""
+    (wall, used), (_, start) = run(form, DURATION), run(form, SHORT)
+    return Cost(wall, (used - start) / ((DURATION - SHORT) / PERIOD))
+
+
+def run(form: str, duration: float) -> tuple[float, float]:
+    """The wall time of a step from the run's summary, and the processor time of the whole run with its start, s."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", folder]
-        command += ["--set", f"vessel_sim.duration={DURATION}"]
+        command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", form, "--no-page"]
+        command += ["--output", folder, "--set", f"vessel_sim.duration={duration}"]
         subprocess.run(command, check=True, timeout=LIMIT, capture_output=True)
         (summary,) = Path(folder).glob("*/run.json")
         result = json.loads(summary.read_text(encoding="utf-8"))
-    return float(result["loop_time"] / result["steps"])
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return result["loop_time"] / result["steps"], sum(after[:2]) - sum(before[:2])
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.runs.processes import NodeGroup
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, alone
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 
@@ -119,7 +119,7 @@ def trial(folder: Path, node: str, name: str, seed: int) -> Outcome:
     run = make_run_folder(folder, namespace)
     run.write_parameters(scenario.with_bag(run.bag.absolute(), run.parameters.absolute()))
     listener = Listener(namespace)
-    with NodeGroup(run.parameters, run.logs, namespace, NODES) as group:
+    with NodeGroup(run.parameters, run.logs, namespace, alone(NODES)) as group:
         if listener.until(listener.drives) == math.inf:
             raise RuntimeError(f"the nodes did not start within {LIMIT:g} s: {_logs(run.logs)}")
         listener.listen(random.Random(seed).uniform(0.5, 1.0))  # noqa: S311

@@ -89,8 +89,8 @@ def main() -> int:
 
 def run(duration: float, real_time: bool, output: Path) -> tuple[dict[str, list[Sample]], dict[str, Any]]:
     """Samples of each node, and the summary of the run."""
-    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--output", str(output)]
-    command += ["--set", "controller.law=guided", "--set", f"vessel_sim.duration={duration}"]
+    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--processes"]
+    command += ["--output", str(output), "--set", "controller.law=guided", "--set", f"vessel_sim.duration={duration}"]
     # A domain of its own: a node's memory grows with every other participant that it discovers.
     environment = {**os.environ, "ROS_DOMAIN_ID": os.environ.get("ROS_DOMAIN_ID", str(2 + os.getpid() % 98))}
     samples: dict[str, list[Sample]] = defaultdict(list)

@@ -1,6 +1,6 @@
 """Measure the start-up of `vessel-hsmc run`: from the command to the first control step, beside the start of one bare rclpy node.
 
-The four nodes, the recorder and the supervisor start side by side, so on an idle machine the ratio shows what they add to rclpy.
+The nodes start in one process, or each in its own. The three take turns, so that other load on the machine affects all.
 """
 
 import json
@@ -21,22 +21,24 @@ def bare_node() -> float:
     return time.monotonic() - started
 
 
-def start_up(folder: Path) -> float:
-    """Start-up time of a run, s."""
-    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--set", "vessel_sim.duration=1"]
-    subprocess.run([*command, "--output", str(folder)], check=True, timeout=60.0, capture_output=True)
-    summary: dict[str, float] = json.loads((next(folder.iterdir()) / "run.json").read_text())
+def start_up(form: str) -> float:
+    """Start-up time of a run, s; `form`: an option of `vessel-hsmc run`."""
+    command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", form, "--no-page"]
+    with tempfile.TemporaryDirectory() as folder:
+        command += ["--set", "vessel_sim.duration=1", "--output", folder]
+        subprocess.run(command, check=True, timeout=60.0, capture_output=True)
+        summary: dict[str, float] = json.loads((next(Path(folder).iterdir()) / "run.json").read_text())
     return summary["start_up"]
 
 
 def main() -> None:
     """Print the best and the worst of several rounds."""
-    with tempfile.TemporaryDirectory() as folder:
-        runs = sorted(start_up(Path(folder) / str(k)) for k in range(ROUNDS))
-    bare = sorted(bare_node() for _ in range(ROUNDS))
+    rounds = [(start_up("--composed"), start_up("--processes"), bare_node()) for _ in range(ROUNDS)]
+    runs, apart, bare = map(sorted, zip(*rounds, strict=True))
     print(f"start-up of a run: {runs[0]:.2f} to {runs[-1]:.2f} s")
+    print(f"start-up of a run in four processes: {apart[0]:.2f} to {apart[-1]:.2f} s")
     print(f"start of a bare node: {bare[0]:.2f} to {bare[-1]:.2f} s")
-    print(f"ratio of the best: {runs[0] / bare[0]:.1f}")
+    print(f"ratio of the best: {runs[0] / bare[0]:.1f}, in four processes {apart[0] / bare[0]:.1f}")
 
 
 if __name__ == "__main__":

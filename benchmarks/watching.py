@@ -24,7 +24,7 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from vessel_hsmc_ros.nodes.runs.processes import NodeGroup
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, alone
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
@@ -96,7 +96,7 @@ def pace(folder: Path, kind: str) -> list[float]:
     parameters.write_text(dump_scenario(load_scenario("case2_tracking", changes)), encoding="utf-8")
     heard_at: dict[float, float] = {}
     client = subprocess.Popen([sys.executable, __file__, "--client"]) if kind == WATCHED else None
-    with NodeGroup(parameters, folder / "logs", names=names) as nodes, StatusListener() as listener:
+    with NodeGroup(parameters, folder / "logs", "", alone(names)) as nodes, StatusListener() as listener:
         while nodes.ended() is None:
             listener.listen(0.1)
             if (simulated := float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))) > 0.0:

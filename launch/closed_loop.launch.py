@@ -6,20 +6,21 @@ Its nodes end with the plant, and the launch with them unless it includes someth
 with 0, else 1.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from launch.actions import DeclareLaunchArgument, EmitEvent, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, EmitEvent, ExecuteProcess, OpaqueFunction, SetEnvironmentVariable
 from launch.events import matches_action
 from launch.events.process import ProcessExited, ShutdownProcess
 from launch_ros.actions import Node
 from launch_ros.substitutions import ExecutableInPackage
 
 from launch import LaunchContext, LaunchDescription
+from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import PACKAGE, PROFILES, discovery_profiles
-from vessel_hsmc_ros.core.node_list import LOOP, taking_part
+from vessel_hsmc_ros.core.node_list import GROUP, LOOP, PLANT, taking_part
 from vessel_hsmc_ros.nodes.runs.launching import argument, failure, flag, namespace_of, never_raising
 
 HELD = ExitStack()
@@ -31,12 +32,13 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     """The node actions, on a resolved parameters file in a run folder of their own.
 
     Raises:
+        ParameterError: all nodes are to share a process in real time, where one would delay another.
         RunError: another run on this machine uses the ROS domain and namespace.
     """
     # Not above: without the messages or a library this file could not be read, and launch would name its syntax as the cause.
     from vessel_hsmc_ros.nodes.ros_environment import check_messages
     from vessel_hsmc_ros.nodes.runs.supervisor import exclusive
-    from vessel_hsmc_ros.scenario.law_file import law_file_options, load_law_file
+    from vessel_hsmc_ros.scenario.law_file import load_law_file
     from vessel_hsmc_ros.scenario.run_folder import make_run_folder
     from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 
@@ -48,34 +50,54 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     if law_file := argument(context, "law_file"):
         load_law_file(law_file)
     scenario = load_scenario(argument(context, "scenario"), changes)
+    if (composed := flag(context, "composed")) and not scenario.controller.lockstep:
+        raise ParameterError("composed must be false in real time (got true): one node would delay another")
     names = [name for name in taking_part(scenario.vessel_sim.by_thrusters) if recorded or name != "recorder"]
     for name in names:
         ExecutableInPackage(LOOP[name].executable, PACKAGE).perform(context)  # raises where none is installed
     HELD.enter_context(exclusive(namespace.strip("/"), scenario.controller.lockstep))
     folder = make_run_folder(Path(argument(context, "output")), scenario.name)
     folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
-    nodes: list[Node] = []
+    start = one_process if composed else own_processes
+    return [SetEnvironmentVariable(PROFILES, discovery_profiles()), *start(names, str(folder.parameters), namespace)]
+
+
+def own_processes(names: Sequence[str], parameters: str, namespace: str) -> list[ExecuteProcess]:
+    """A process for each node."""
+    from vessel_hsmc_ros.scenario.law_file import law_file_options
+
+    nodes: list[ExecuteProcess] = []
     nodes += [
         Node(
             package=PACKAGE,
             executable=LOOP[name].executable,
             name=name,
             namespace=namespace,
-            parameters=[str(folder.parameters)],
+            parameters=[parameters],
             arguments=law_file_options() if name == "controller" else [],
             output="screen",
             on_exit=end_with(name, nodes),
         )
         for name in names
     ]
-    return [SetEnvironmentVariable(PROFILES, discovery_profiles()), *nodes]
+    return nodes
 
 
-def end_with(name: str, nodes: list[Node]) -> Callable[[ProcessExited, LaunchContext], Any]:
+def one_process(names: Sequence[str], parameters: str, namespace: str) -> list[ExecuteProcess]:
+    """A process for all nodes."""
+    from vessel_hsmc_ros.nodes.runs.processes import node_command
+
+    command = node_command(names, Path(parameters), namespace.strip("/"))
+    nodes: list[ExecuteProcess] = []
+    nodes += [ExecuteProcess(cmd=command, name=GROUP, output="screen", on_exit=end_with(GROUP, nodes))]
+    return nodes
+
+
+def end_with(name: str, nodes: list[ExecuteProcess]) -> Callable[[ProcessExited, LaunchContext], Any]:
     """The exit handler of a node: after the plant the other nodes of its loop end, after an error the whole launch does.
 
     Args:
-        name: The node.
+        name: The node, or GROUP for all of them.
         nodes: Those of its loop; a second loop in the same launch has others. Emptied when the plant has ended.
     """
 
@@ -84,7 +106,7 @@ def end_with(name: str, nodes: list[Node]) -> Callable[[ProcessExited, LaunchCon
             return failure(f"{name} failed with exit code {event.returncode}")
         if context.is_shutdown or not nodes:
             return None
-        if name != "vessel_sim":
+        if name not in (PLANT, GROUP):
             return failure(f"{name} left before the run was over")
         others = [node for node in nodes if node is not event.action]
         nodes.clear()
@@ -113,6 +135,7 @@ def declared() -> list[Any]:
         "law_file": ("", "Python file with a control law of your own."),
         "record": ("true", "true or false: record an MCAP bag."),
         "real_time": ("false", "true or false: run at the pace of the clock."),
+        "composed": ("false", "true or false: all nodes in one process, in lockstep only."),
         "namespace": ("", "Namespace of the vessel; the names of its frames are prefixed with it."),
         "output": ("runs", "Folder of the run folders."),
     }

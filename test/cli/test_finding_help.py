@@ -10,7 +10,7 @@ from vessel_hsmc_ros.cli.command import GROUPS, VERBS, cli
 from vessel_hsmc_ros.cli.parameters import matching
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
 
 
@@ -76,7 +76,8 @@ def test_a_word_is_found_in_names_and_meanings_whatever_its_case() -> None:
     for word in ("vehiclestatus", "pierson"):
         assert matching(word) == matching(word.upper()) != []
     declared = [f"{node}.{name}" for node, cls in (NODES | WATCHERS).items() for name in schema.entries(cls)]
-    assert [record["name"] for record in matching("")] == declared
+    listed = [record["name"] for record in matching("")]
+    assert listed == [*FIRST, *(name for name in declared if name not in FIRST)], "those that an owner sets come first"
 
 
 def test_all_parameters_are_given_to_programs_as_valid_json() -> None:

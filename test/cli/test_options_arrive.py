@@ -127,6 +127,13 @@ def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Rea
     assert ports == [9123]
 
 
+def test_the_nodes_of_a_run_share_a_process_unless_each_is_to_have_its_own(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    for options, composed in ((), True), (("--composed",), True), (("--processes",), False):
+        found = reach("vessel_hsmc_ros.studies.runs.scenario_run.run_nodes", "run", "case2_straight", *options)
+        assert found["composed"] is composed
+
+
 def test_a_script_of_faults_replaces_that_of_the_scenario(reach: Reach, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
     (tmp_path / "mine.yaml").write_text("faults:\n  - {at: 1.0, duration: 0.5, kind: drop, topic: odom}\n")

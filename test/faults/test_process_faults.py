@@ -22,8 +22,8 @@ LIMIT = 20.0
 @pytest.fixture
 def nodes(tmp_path: Path) -> Iterator[Any]:
     """A group of which the controller is a process that does nothing."""
-    with NodeGroup(tmp_path / "none.yaml", tmp_path, "", ()) as group:
-        group._start("controller", ["sleep", "60"], tmp_path / "controller.log")
+    with NodeGroup(tmp_path / "none.yaml", tmp_path, "", {}) as group:
+        group._start("controller", ["sleep", "60"], tmp_path / "controller.log", ["controller"])
         yield group
 
 

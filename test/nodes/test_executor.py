@@ -7,7 +7,7 @@ from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.executor import BURST, DirectExecutor
+from vessel_hsmc_ros.nodes.executor import BURST, DirectExecutor, take_all
 
 
 @pytest.mark.parametrize("poll_period", [0.0, 0.01])
@@ -82,7 +82,7 @@ def test_subscriptions_added_while_it_spins_are_served(bench: Any) -> None:
     assert received
 
 
-def test_a_flood_on_one_topic_delays_the_others_by_a_burst_and_loses_nothing(bench: Any) -> None:
+def test_a_flood_on_one_topic_delays_the_others_by_a_burst_and_loses_nothing() -> None:
     order: list[str] = []
 
     def topic(name: str, count: int) -> Any:
@@ -96,8 +96,51 @@ def test_a_flood_on_one_topic_delays_the_others_by_a_burst_and_loses_nothing(ben
             handle=SimpleNamespace(take_message=take), msg_type=None, raw=False, _callback_type=None, callback=order.append
         )
 
-    direct = DirectExecutor([topic("flood", 3 * BURST + 5), topic("stop", 1), topic("quiet", 0)], 0.0, bench.context)
-    assert [direct.take_direct() for _ in range(5)] == [True] * 4 + [False]
-    direct.shutdown()
+    topics = [topic("flood", 3 * BURST + 5), topic("stop", 1), topic("quiet", 0)]
+    assert [take_all(topics) for _ in range(5)] == [True] * 4 + [False]
     assert order.index("stop") == BURST
     assert order.count("flood") == 3 * BURST + 5
+
+
+def test_polled_subscriptions_are_served_with_the_timers_and_lose_nothing(bench: Any) -> None:
+    hot: list[int] = []
+    polled: list[int] = []
+    bench.executor.remove_node(bench.probe)
+    publishers = [bench.probe.create_publisher(Int64, topic, qos.LOSSLESS) for topic in ("hot", "recorded")]
+    served = [
+        [bench.probe.create_subscription(Int64, topic, lambda m, to=to: to.append(m.data), qos.LOSSLESS)]
+        for topic, to in (("hot", hot), ("recorded", polled))
+    ]
+    direct = DirectExecutor(served[0], context=bench.context, polled=served[1])
+    direct.add_node(bench.probe)
+    count, end = 3 * BURST, time.monotonic() + 10.0
+
+    def running() -> bool:
+        if len(hot) < count:
+            for publisher in publishers:
+                publisher.publish(Int64(data=len(hot)))
+        return len(polled) < count and time.monotonic() < end
+
+    direct.spin_while(running)
+    direct.shutdown()
+    assert polled == list(range(count))
+
+
+def test_a_timer_that_the_callback_of_another_destroys_is_not_called(bench: Any) -> None:
+    called: list[str] = []
+    timers: dict[str, Any] = {}
+    bench.executor.remove_node(bench.probe)
+
+    def call(name: str, other: str) -> None:
+        called.append(name)
+        bench.probe.destroy_timer(timers[other])
+
+    for name, other in (("first", "second"), ("second", "first")):
+        timers[name] = bench.probe.create_timer(0.01, lambda name=name, other=other: call(name, other))
+    direct = DirectExecutor([], 0.05, bench.context)
+    direct.add_node(bench.probe)
+    end = time.monotonic() + 10.0
+    direct.spin_while(lambda: len(called) < 3 and time.monotonic() < end)
+    direct.shutdown()
+    assert len(called) == 3
+    assert len(set(called)) == 1

@@ -4,8 +4,9 @@ import gc
 import importlib
 import signal
 import sys
+import textwrap
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from random import Random
@@ -18,13 +19,20 @@ from harness import Command
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
 
+from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
+from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.guidance.factory import REFERENCES
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.markers import MarkerNode
 from vessel_hsmc_ros.nodes.process import run_node
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
+from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.parameters_file import given_parameters
 
 SHARED = """\
@@ -186,6 +194,77 @@ def test_a_change_takes_a_number_however_ros2_param_writes_it_and_a_read_only_on
             assert node.parameters.diagnostics.surface_limit == value
         refused = loaded(node, f"{head}    input_timeout: 7.0\n    diagnostics.surface_limit: many\n", tmp_path)
         assert [result.successful for result in refused] == [False, False]
+
+
+# -- laws and modes ----------------------------------------------------------------------------------------------------
+
+
+def groups(node: Any, kinds: Collection[str]) -> set[str]:
+    """The laws, or modes, whose parameters a node declares."""
+    return {name.partition(".")[0] for name in node._parameters} & set(kinds)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_controller_declares_its_own_law_alone_and_a_bag_with_these_parameters_has_the_same_scenario(
+    tmp_path: Path, law: str
+) -> None:
+    other = "pd" if law != "pd" else "guided"
+    entries = schema.entries(NODES["controller"])
+    given = {name: entries[name].default for name in entries if name.startswith((f"{law}.", f"{other}."))}
+    body = yaml.dump({key: list(value) if isinstance(value, tuple) else value for key, value in given.items()})
+    text = f"/**/controller:\n  ros__parameters:\n{textwrap.indent(body, '    ')}"
+    line = ["--ros-args", "--params-file", written(tmp_path, text), "-p", f"law:={law}"]
+    with started(ControllerNode, line) as node:
+        assert groups(node, LAWS) == {law}
+        declared = recorded_parameters(dumped(node).encode())["/controller"]
+        every = schema.flatten(node.parameters)
+    fallback = [*line, "-p", "safety.action:=fallback", "-p", f"safety.fallback_law:={other}"]
+    with started(ControllerNode, fallback) as node:
+        assert groups(node, LAWS) == {law, other}
+    loop = {f"/{name}": schema.flatten(NODES[name]()) for name in ("vessel_sim", "reference_ship", "recorder")}
+    with_rate = {"lockstep": False, "rate_hz": 100.0}
+    one, same = (
+        recorded_scenario(tmp_path, "bag", "", loop | {"/controller": {**values, **with_rate}}, ["/"], None)
+        for values in (declared, {key: list(value) if isinstance(value, tuple) else value for key, value in every.items()})
+    )
+    assert one == same
+    assert one.controller.law == law
+
+
+@pytest.mark.parametrize("mode", REFERENCES)
+def test_a_reference_declares_its_own_mode_alone(mode: str) -> None:
+    with started(ReferenceShipNode, ["--ros-args", "-p", f"mode:={mode}"]) as node:
+        assert groups(node, REFERENCES) <= {mode}
+        assert node.has_parameter("surge_force") == (mode == "virtual_ship")
+
+
+def test_a_parameter_of_another_law_is_refused_by_name_and_a_misspelt_one_at_the_start(tmp_path: Path) -> None:
+    with started(ControllerNode, ["--ros-args", "-p", "law:=guided"]) as node:
+        (result,) = loaded(node, "/controller: {ros__parameters: {pd.heading_gain: 2.0}}\n", tmp_path)
+        assert (result.successful, result.reason) == (False, "pd.heading_gain is not in use: law is not pd")
+    line = ["--ros-args", "-p", "law:=guided", "-p", "pd.heading_gian:=2.0"]
+    with pytest.raises(ParameterError, match=r"did you mean pd\.heading_gain"), started(ControllerNode, line):
+        pass
+
+
+def test_an_unconfigured_controller_that_is_given_another_law_has_the_parameters_of_that_law_with_their_given_values(
+    tmp_path: Path,
+) -> None:
+    line = ["--ros-args", "-p", "autostart:=false", "-p", "law:=hierarchical", "-p", "pd.heading_gain:=3.0"]
+    head = "/controller:\n  ros__parameters:\n"
+    with started(ControllerNode, line) as node:
+        assert groups(node, LAWS) == {"hierarchical"}
+        assert loaded(node, f"{head}    law: pd\n", tmp_path)[0].successful
+        assert groups(node, LAWS) == {"pd"}
+        assert node.get_parameter("pd.heading_gain").value == 3.0
+        text = f"{head}    pd.heading_gain: 4.0\n    safety.fallback_law: hierarchical\n    safety.action: fallback\n"
+        assert all(result.successful for result in loaded(node, text, tmp_path))
+        assert groups(node, LAWS) == {"pd", "hierarchical"}
+        assert loaded(node, f"{head}    hierarchical.network.width: 2.0\n", tmp_path)[0].successful
+        assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+        assert node.describe_parameter("law").read_only
+        assert node.describe_parameter("hierarchical.network.width").read_only
+        assert node.parameters.pd.heading_gain == 4.0
 
 
 # -- processes --------------------------------------------------------------------------------------------------------

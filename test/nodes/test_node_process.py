@@ -70,7 +70,7 @@ def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(fai
     caught: type[BaseException] | None = None
     code = 0
     try:
-        code = process._work(node, lambda: True)
+        code = process.do_all((partial(node.spin, lambda: True), node.close), [node])
     except Exception as raised:
         caught = type(raised)
     text = "unexpected RuntimeError: as planned" if error is RuntimeError else "as planned"

@@ -97,7 +97,7 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
         ),
         (f"{force}=1e20", f"{force} must be a finite number from"),
         (f"{force}=much", f"{force} must be a finite number from"),
-        ("kontroller.rate_hz=20", "kontroller is not a node: did you mean controller?"),
+        ("kontroller.rate_hz=20", "kontroller is not a node; did you mean controller?"),
         ("rate_hz=20", "rate_hz is not a parameter: it must be node.parameter"),
     ):
         code, output, error = vessel_hsmc("set", f"{gain}=0.5", wrong)
@@ -107,12 +107,13 @@ def test_parameters_are_changed_together_or_not_at_all(bench: Any, vessel_hsmc: 
     assert node.parameters.guided.position_gain == 1.0
 
 
-def test_a_parameter_of_another_law_is_changed_with_a_note(bench: Any, vessel_hsmc: Any) -> None:
+def test_a_parameter_of_another_law_is_refused(bench: Any, vessel_hsmc: Any) -> None:
     bench.start(ControllerNode, law="guided", **RATE)
-    code, output, note = vessel_hsmc("set", "controller.los_pid.lookahead_distance=30")
-    assert code == 0
-    assert output.endswith("-> 30.0\n")
-    assert note == "note: controller.los_pid has no effect on this run, whose law is guided\n"
+    code, output, error = vessel_hsmc("set", "controller.los_pid.lookahead_distance=30")
+    assert (code, output) == (2, "")
+    assert error == (
+        "error: controller.los_pid.lookahead_distance is not in use: it is of a law or mode that the node does not run\n"
+    )
 
 
 def test_nodes_are_paused_reset_and_stopped(bench: Any, vessel_hsmc: Any) -> None:

@@ -22,7 +22,6 @@ from vessel_hsmc_ros.nodes.remote import (
     get_parameters,
     send_goal,
     send_path,
-    without_effect,
 )
 
 FLOAT, FLOATS, WHOLE, WORDS, FLAG = (
@@ -162,14 +161,19 @@ def test_parameters_that_a_node_lacks_are_none_and_each_has_its_own_value() -> N
     assert found == {"other": 2.0, "none": None, "pair": [1.0, 2.0], "gain": 1.0, "law": "pd"}
 
 
-def test_a_change_of_a_law_that_does_not_run_is_noted() -> None:
-    changes = [
-        Change(f"controller.{name}", 0.0, 1.0) for name in ("los_pid.surge_gain", "pd.heading_gain", "rate_hz", "course.x")
-    ]
-    notes = without_effect(two_nodes(), [*changes, Change("vessel_sim.nmpc.x", 0, 1)])
-    assert [note.split()[0] for note in notes] == ["controller.course", "controller.los_pid"]
-    assert all(note.endswith("whose law is pd") for note in notes)
-    assert without_effect(two_nodes(), changes[1:3]) == []
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("los_pid.surge_gain", "not in use"),
+        ("los_pid.surge_gian", "did you mean los_pid.surge_gain"),
+        ("gian", "did you mean gain"),
+    ],
+)
+def test_a_change_of_a_law_that_does_not_run_is_refused_as_such_and_a_misspelt_one_with_the_nearest_name(
+    name: str, reason: str
+) -> None:
+    with pytest.raises(ParameterError, match=reason):
+        change_parameters(two_nodes(), {f"controller.{name}": 1.0})
 
 
 class Talking(Remote):

@@ -47,7 +47,7 @@ def test_a_reader_that_catches_up_gets_each_message_once_and_in_order(monkeypatc
         made.send(seconds)
         assert len(made.published) == number
     assert made.kept == ["/odom"] * (4 * black_box)
-    assert all(isinstance(message, bytes) is black_box for message in made.published)
+    assert len(set(made.published)) == 1, "serialised once, whatever is kept"
 
 
 @pytest.mark.parametrize("black_box", [False, True])

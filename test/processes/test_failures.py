@@ -21,7 +21,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.cli.command import execute
-from vessel_hsmc_ros.core.node_list import START_ORDER, taking_part
+from vessel_hsmc_ros.core.node_list import GROUP, START_ORDER, taking_part
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 
@@ -44,8 +44,13 @@ def bag_size(folder: Any) -> Any:
 
 
 def nodes_of(command: Any) -> Any:
+    """The processes of the nodes of a run by their names; one of that of all of them."""
     lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
-    return {name: pid for name in START_ORDER for pid, line in lines.items() if line[2:4] == ["vessel_hsmc_ros.nodes", name]}
+    names = (*START_ORDER, GROUP)
+    return {name: pid for name in names for pid, line in lines.items() if line[2:4] == ["vessel_hsmc_ros.nodes", name]}
+
+
+FORMS = pytest.mark.parametrize("form", ["--composed", "--processes"])
 
 
 def check_bag(folder: Any) -> Any:
@@ -68,7 +73,7 @@ def check_nothing_left(pids: Any) -> Any:
 
 
 def test_a_killed_node_ends_the_run_and_is_named(start: Any) -> None:
-    command, folder = started(start)
+    command, folder = started(start, "--processes")
     nodes = nodes_of(command)
     assert nodes.keys() == set(taking_part(by_thrusters=False))
     os.kill(nodes["controller"], signal.SIGKILL)
@@ -80,6 +85,17 @@ def test_a_killed_node_ends_the_run_and_is_named(start: Any) -> None:
     assert json.loads((folder / "run.json").read_text())["exit_code"] == 1
 
 
+def test_a_killed_process_of_all_nodes_ends_the_run_and_what_was_flushed_of_its_bag_is_kept(start: Any) -> None:
+    command, folder = started(start, "--composed")
+    nodes = nodes_of(command)
+    assert [*nodes] == [GROUP]
+    os.kill(nodes[GROUP], signal.SIGKILL)
+    assert command.wait(60.0) == 1
+    assert f"error: {GROUP} was killed by SIGKILL" in command.text
+    check_nothing_left(nodes.values())
+    check_bag(folder)
+
+
 def check_interrupted(command: Any, folder: Path, number: int, send: Any) -> None:
     """Assert that a signal ends a run in order, with a complete bag."""
     nodes = nodes_of(command)
@@ -88,26 +104,29 @@ def check_interrupted(command: Any, folder: Path, number: int, send: Any) -> Non
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
-    assert "0 dropped" in (folder / "logs" / "recorder.log").read_text()
+    assert "0 dropped" in "".join(log.read_text() for log in (folder / "logs").iterdir())
 
 
-def test_a_signal_to_the_command_alone_ends_the_run_in_order_with_a_complete_bag(start: Any) -> None:
-    command, folder = started(start)
+@FORMS
+def test_a_signal_to_the_command_alone_ends_the_run_in_order_with_a_complete_bag(start: Any, form: str) -> None:
+    command, folder = started(start, form)
     check_interrupted(command, folder, signal.SIGTERM, os.kill)
 
 
-def test_a_hanging_node_ends_the_run_and_is_named(start: Any) -> None:
-    command, folder = started(start)
+@FORMS
+def test_a_hanging_node_ends_the_run_and_is_named(start: Any, form: str) -> None:
+    command, folder = started(start, form)
     nodes = nodes_of(command)
-    os.kill(nodes["controller"], signal.SIGSTOP)
+    os.kill(nodes.get("controller") or nodes[GROUP], signal.SIGSTOP)
     assert command.wait(60.0) == 1
     assert "controller has been silent" in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
 
 
-def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start: Any) -> None:
-    command, folder = started(start)
+@FORMS
+def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start: Any, form: str) -> None:
+    command, folder = started(start, form)
     nodes = nodes_of(command)
     command.popen.kill()
     command.popen.wait(5.0)

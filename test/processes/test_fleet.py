@@ -137,7 +137,7 @@ def test_vessels_whose_namespace_is_in_use_are_refused(start: Start) -> None:
     [
         (["--vessels", "0"], "is not in the range 1<=x<=100"),
         (["--vessels", "101"], "is not in the range 1<=x<=100"),
-        (["--vessels", "2", "--live"], "--vessels cannot be given with --campaign, --faults or --live"),
+        (["--vessels", "2", "--live"], "--vessels cannot be given with --campaign, --faults, --live"),
         (["--vessels", "2", "--namespace", "no good"], "namespace must be"),
     ],
 )

@@ -33,12 +33,15 @@ def fill(disk: Path) -> None:
                 return
 
 
-def last_log_line(folder: Path, node: str) -> str:
-    return (folder / "logs" / f"{node}.log").read_text(encoding="utf-8").splitlines()[-1]
+def last_log_line(folder: Path, process: str) -> str:
+    return (folder / "logs" / f"{process}.log").read_text(encoding="utf-8").splitlines()[-1]
 
 
-def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(start: Start, small_disk: Path) -> None:
-    command = start("vessel-hsmc", "run", "case2_tracking", "--output", small_disk)
+@pytest.mark.parametrize(("form", "process"), [("--composed", "node_group"), ("--processes", "recorder")])
+def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(
+    start: Start, small_disk: Path, form: str, process: str
+) -> None:
+    command = start("vessel-hsmc", "run", "case2_tracking", form, "--output", small_disk)
     folder = command.until(lambda: run_folder(small_disk), 60.0)
     assert folder
     bag = folder / "bag"
@@ -48,7 +51,7 @@ def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(start: Start, 
     assert command.wait(60.0) == 1
     reason = f"bag {bag} cannot be written: {NO_SPACE}"
     assert f"error: recorder failed: {reason}" in command.text
-    assert last_log_line(folder, "recorder").endswith(reason)
+    assert last_log_line(folder, process).endswith(reason)
     assert "Traceback" not in command.text
     assert len(open_bag(bag).topics["/odom"].stamp) > 100
 

@@ -45,7 +45,7 @@ MOMENTS = {
     "while the package is imported": (SIMULATE, imports("vessel_hsmc_ros.core.exceptions")),
     "while NumPy is imported": (SIMULATE, imports("numpy.linalg")),
     "while the verb is imported": (SIMULATE, imports("vessel_hsmc_ros.cli.options")),
-    "before the nodes are connected": (RUN, exists("runs/*/logs/controller.log")),
+    "before the nodes are connected": (RUN, exists("runs/*/logs/*.log")),
     "during a run": (RUN, exists("runs/*/bag/bag_0.mcap")),
     "during a simulation": ([*SIMULATE, "--interpreted"], prints("simulating case2_tracking: ")),  # has little to write then
     "while the page of a simulation is made": ([*SIMULATE[:-1], "vessel_sim.duration=1"], exists("runs/*/run.json")),

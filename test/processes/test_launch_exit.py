@@ -46,10 +46,11 @@ def launched(start: Any, tmp_path: Path) -> Any:
     return launch
 
 
-def test_a_run_that_reaches_its_end_exits_with_0(launched: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("composed", ["true", "false"])
+def test_a_run_that_reaches_its_end_exits_with_0(launched: Any, tmp_path: Path, composed: str) -> None:
     scenario = tmp_path / "short.yaml"
     scenario.write_text("/**/vessel_sim: {ros__parameters: {duration: 2.0}}\n")
-    assert launched(f"scenario:={scenario}").wait(40.0) == 0
+    assert launched(f"scenario:={scenario}", f"composed:={composed}").wait(40.0) == 0
 
 
 @pytest.mark.parametrize("name", ["controller", "reference_ship", "vessel_sim"])
@@ -59,6 +60,17 @@ def test_a_killed_node_ends_the_launch_with_1_and_is_named(launched: Any, name: 
     os.kill(pid, signal.SIGKILL)
     assert command.wait(30.0) == 1
     assert f"{name} failed with exit code -9" in command.text
+
+
+def test_a_killed_process_of_all_nodes_ends_the_launch_with_1_and_nodes_in_real_time_share_none(launched: Any) -> None:
+    command = launched("composed:=true")
+    (pid,) = [pid for pid in children(command.popen.pid) if "node_group" in command_line(pid)]
+    os.kill(pid, signal.SIGKILL)
+    assert command.wait(30.0) == 1
+    assert "node_group failed with exit code -9" in command.text
+    refused = launched("composed:=true", "real_time:=true", wait=False)
+    assert refused.wait(30.0) == 1
+    assert "composed must be false in real time" in refused.text
 
 
 def test_a_ctrl_c_that_reaches_the_nodes_twice_exits_with_0(launched: Any) -> None:

@@ -1,4 +1,4 @@
-"""`vessel-hsmc run`: four processes over DDS, a recorded bag, and results bit-identical to those of the offline loop."""
+"""`vessel-hsmc run`: nodes over DDS, in one process or four, a bag, results bit-identical to those of the offline loop."""
 
 import dataclasses
 import json
@@ -66,9 +66,9 @@ def run(folder: Path, *arguments: str) -> Recorded:
     return done, next((folder / "runs").iterdir())
 
 
-@pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    return run(tmp_path_factory.mktemp("recorded"), "case2_tracking", *CHANGES)
+@pytest.fixture(scope="module", params=["--composed", "--processes"])
+def recorded(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Recorded:
+    return run(tmp_path_factory.mktemp("recorded"), "case2_tracking", request.param, *CHANGES)
 
 
 @pytest.fixture(scope="module")

@@ -56,7 +56,7 @@ def test_the_command_waits_until_the_vessel_is_there_and_cancels_at_ctrl_c(
     far.popen.send_signal(signal.SIGINT)
     assert far.wait(LIMIT) == 130
     assert far.text.endswith("interrupted\n")
-    log = run_folder(run.output.parent / "runs") / "logs" / "reference_ship.log"  # type: ignore[operator]
+    log = run_folder(run.output.parent / "runs") / "logs" / "node_group.log"  # type: ignore[operator]
     run.until(lambda: "NavigateToPose: cancelled: the vessel comes to rest and keeps station" in log.read_text(), LIMIT)
 
 

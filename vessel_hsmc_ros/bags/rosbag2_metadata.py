@@ -137,7 +137,8 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if not strict:
             return {}
-        raise BagError(f"{path} cannot be read as a bag's metadata: {_line(error)}") from None
+        reason = " ".join(f"{type(error).__name__} {error}".split())
+        raise BagError(f"{path} cannot be read as a bag's metadata: {reason}") from None
     if version > VERSION:
         raise BagError(f"{path} has version {version}, which is newer than {VERSION}, the last that this package reads")
     if storage not in ("mcap", ""):  # rosbag2 leaves it empty when it indexes MCAP files anew
@@ -152,7 +153,3 @@ def offered_qos(channel: Channel) -> list[dict[str, Any]]:
     except yaml.YAMLError:
         return []
     return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []
-
-
-def _line(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__} {error}".split())

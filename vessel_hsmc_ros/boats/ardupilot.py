@@ -137,11 +137,9 @@ class Physics:
             self.lost += outputs.number - self._number - 1
         self._number = outputs.number
         self.frames += 1
-        self._answer = self._advance([self._share(outputs.pulses, servo) for servo in self._wiring.servos])
+        pulses, share = outputs.pulses, self._wiring.pulses.share
+        self._answer = self._advance([share(pulses[n - 1]) if n <= len(pulses) else 0.0 for n in self._wiring.servos])
         return self._answer
-
-    def _share(self, pulses: Sequence[int], servo: int) -> float:
-        return self._wiring.pulses.share(pulses[servo - 1]) if servo <= len(pulses) else 0.0
 
     def _advance(self, shares: Sequence[float]) -> bytes:
         if self._thrusters:

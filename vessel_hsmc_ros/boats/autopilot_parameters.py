@@ -35,11 +35,6 @@ def numbers(default: tuple[float, ...], what: str, high: float) -> tuple[float, 
     return parameter(default, what, low=1.0, high=high)
 
 
-def _check_numbers(name: str, values: Sequence[float]) -> None:
-    if len(set(values)) < len(values) or any(value != int(value) for value in values):
-        raise ParameterError(f"mavlink.{name} must be different whole numbers (got {list(values)})")
-
-
 @dataclass(frozen=True)
 class MavlinkParameters(CommonParameters):
     """Parameters of mavlink, which connects the nodes with an autopilot that speaks MAVLink, in real time."""
@@ -111,7 +106,9 @@ class MavlinkParameters(CommonParameters):
             if list(values) != sorted(set(values)):
                 raise ParameterError(f"mavlink.{name} must be increasing widths (got {list(values)})")
         for name in ("channels", "servos", "stick_channels"):
-            _check_numbers(name, getattr(self, name))
+            values = getattr(self, name)
+            if len(set(values)) < len(values) or any(value != int(value) for value in values):
+                raise ParameterError(f"mavlink.{name} must be different whole numbers (got {list(values)})")
         layout = self.vessel.thrusters
         if self.form == "channels" and not layout:
             raise ParameterError("mavlink.form = channels needs vessel.thrusters: name the thrusters")

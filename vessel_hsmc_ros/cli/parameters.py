@@ -8,7 +8,7 @@ from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import json_option, law_file_option, print_json
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
+from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS
 
 
 @click.command()
@@ -16,7 +16,10 @@ from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 @json_option
 @law_file_option
 def parameters(word: str, as_json: bool) -> None:
-    """List all parameters, with their ranges and meaning, or those in whose name or meaning WORD occurs."""
+    """List all parameters, with their ranges and meaning, or those in whose name or meaning WORD occurs.
+
+    The first ones are those that the owner of a vessel sets.
+    """
     rows = matching(word)
     if not rows:
         raise ParameterError(f"no parameter has {word} in its name or meaning: vessel-hsmc parameters lists all")
@@ -40,4 +43,4 @@ def matching(word: str) -> list[dict[str, Any]]:
                 default = list(entry.default) if isinstance(entry.default, tuple) else entry.default
                 record: dict[str, Any] = {"name": f"{node}.{name}", "default": default, "allowed": entry.allowed}
                 found.append(record | {"meaning": entry.description, "tunable": entry.tunable})
-    return found
+    return sorted(found, key=lambda record: FIRST.index(record["name"]) if record["name"] in FIRST else len(FIRST))

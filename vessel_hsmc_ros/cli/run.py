@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -48,6 +48,29 @@ TABLE_METRICS = (
 """Metrics of each vessel in the printed table; run.json and the page have all."""
 
 COUNTED = ("missed_periods", "messages_recorded", "messages_dropped")  # facts of each vessel in the printed table
+
+
+class Form(NamedTuple):
+    """How the nodes of a run take their turns, and whether they share a process."""
+
+    real_time: bool
+    composed: bool | None  # None: where they may
+
+
+def form_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options to a verb, which takes them as `form`: lockstep or real time, one process or several."""
+    real_time = click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
+    composed = click.option(
+        "--composed/--processes",
+        default=None,
+        help="Run all nodes in one process, or each in a process of its own. Default: one process in lockstep without faults.",
+    )
+
+    @functools.wraps(command)
+    def taking(real_time: bool, composed: bool | None, **options: Any) -> Any:
+        return command(form=Form(real_time, composed), **options)
+
+    return real_time(composed(taking))
 
 
 def fleet_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -113,7 +136,7 @@ def _print(result: scenario_run.Result) -> None:
 @set_option
 @law_file_option
 @run_output_options
-@click.option("--real-time", is_flag=True, help="Run in real time instead of in lockstep, as fast as possible.")
+@form_options
 @vessel_option
 @fleet_options
 @click.option(
@@ -129,7 +152,7 @@ def run(
     row: int | None,
     changes: tuple[str, ...],
     output: Output,
-    real_time: bool,
+    form: Form,
     namespace: str,
     fleet: tuple[int, float] | None,
     faults: Path | None,
@@ -142,11 +165,11 @@ def run(
     the recording, all parameters, a page with diagrams, and the metrics. With --campaign and --run instead of SCENARIO the
     command repeats one run of a campaign and compares the metrics. With --vessels it runs several vessels at once.
     """
-    if fleet and (campaign or faults or live_port):
-        raise click.UsageError("--vessels cannot be given with --campaign, --faults or --live")
+    if fleet and (campaign or faults or live_port or form.composed is not None):
+        raise click.UsageError("--vessels cannot be given with --campaign, --faults, --live, --composed or --processes")
     namespace = checked_namespace(namespace)
-    of_nodes = for_nodes(True, real_time, "" if fleet else namespace)
-    if chosen := of_row(scenario, campaign, row, real_time or bool(changes or faults)):
+    of_nodes = for_nodes(True, form.real_time, "" if fleet else namespace)
+    if chosen := of_row(scenario, campaign, row, form.real_time or bool(changes or faults)):
         loaded = chosen.scenario(of_nodes)
     else:
         loaded = load_checked(scenario or "", of_nodes | parse_changes(changes))
@@ -157,6 +180,8 @@ def run(
     script = load_script(faults) if faults else loaded.faults
     if script is not None:
         check_script(script, loaded)
+    if form.composed and not scenario_run.may_share(loaded, script):
+        raise click.UsageError("--composed must be in lockstep and without faults: those need a process for each node")
     check_writable(output.parent)
     if live_port is not None:
         scenario_run.check_live_port(live_port)
@@ -166,7 +191,14 @@ def run(
         folder = make_run_folder(output.parent, loaded.name)
         with progress_bar(f"running {loaded.name}", loaded.vessel_sim.duration) as update:
             result = scenario_run.run_nodes(
-                loaded, folder, namespace, update, live_port, faults=script, with_page=output.with_page
+                loaded,
+                folder,
+                namespace,
+                update,
+                live_port,
+                faults=script,
+                with_page=output.with_page,
+                composed=form.composed is not False,
             )
     print_result(result)
     sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

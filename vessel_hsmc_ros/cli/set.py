@@ -2,7 +2,7 @@
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_status
+from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import parse_changes, running_vessel, vessel_option
 
 
@@ -16,10 +16,7 @@ def set_parameters(changes: tuple[str, ...], namespace: str) -> None:
     """
     values = parse_changes(changes, "set")
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import change_parameters, without_effect
+        from vessel_hsmc_ros.nodes.remote import change_parameters
 
-        made = change_parameters(remote, values)
-        for change in made:
+        for change in change_parameters(remote, values):
             print_line(f"{change.name}: {change.old} -> {change.new}")
-        for note in without_effect(remote, made):
-            print_status(f"note: {note}")

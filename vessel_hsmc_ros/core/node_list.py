@@ -21,7 +21,7 @@ CONTROLLER = "controller"
 ALLOCATION = "thruster_allocation"  # the node of the loop that takes part only where thrusters drive the ship
 RECORDER = "recorder"
 
-GROUP = "vessel_group"  # the nodes of several vessels in one process: not a node, and run like one
+GROUP = "node_group"  # several nodes in one process: not a node, and run like one
 RELAY = "fault_relay"  # the node that carries out scripted faults
 LOOP = {
     PLANT: NodeProgram("vessel_sim_node.node", "VesselSimNode", "vessel_sim_node"),

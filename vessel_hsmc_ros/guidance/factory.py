@@ -231,13 +231,9 @@ def half_length(parameters: ReferenceShipParameters) -> float:
     return 0.5 * HULL_LENGTH * math.sqrt(hull.m33 / hull.m22)
 
 
-def _waiting(parameters: ReferenceShipParameters) -> Waiting:
-    return waiting_of(parameters.follow_lag, 2.0 * half_length(parameters), _largest_speed(parameters), parameters.motion)
-
-
-def _largest_speed(p: ReferenceShipParameters) -> float:
-    """The largest speed on a planned track, m/s."""
-    return max(p.motion.speed, *p.path.speeds) if p.mode == "path" else float(getattr(p, p.mode).speed)
+def _waiting(p: ReferenceShipParameters) -> Waiting:
+    largest_speed = max(p.motion.speed, *p.path.speeds) if p.mode == "path" else float(getattr(p, p.mode).speed)
+    return waiting_of(p.follow_lag, 2.0 * half_length(p), largest_speed, p.motion)
 
 
 def track_of(

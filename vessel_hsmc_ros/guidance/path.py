@@ -100,7 +100,7 @@ def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Accel
     row, resting = world_rows(motion, acceleration), slow if parts else _resting(motion, 0.0, fastest, ship.limits)
     if not resting:
         pieces += _under_way(parts, motion, acceleration, fastest, ship)
-    elif waypoints and _is_here(waypoints[0], motion, ship):
+    elif waypoints and abs(waypoints[0].position - complex(motion.x, motion.y)) <= DISTINCT * ship.gyration:
         pieces += _rest(waypoints[0], motion, ship)
     for given in parts:
         pieces += _from_stop(given, rest_of(pieces[-1].table) if pieces else motion, ship)
@@ -135,10 +135,6 @@ def _rest(point: Waypoint, motion: Motion, ship: Ship) -> list[PathPiece]:
         settled = min(point.hold, ship.limits.yaw_rate / ship.limits.yaw_acceleration)
         pieces.append(PathPiece(at_rest(motion, *np.unique([0.0, settled, point.hold]))))
     return pieces
-
-
-def _is_here(point: Waypoint, motion: Motion, ship: Ship) -> bool:
-    return abs(point.position - complex(motion.x, motion.y)) <= DISTINCT * ship.gyration
 
 
 def _required_time(start: complex, points: Sequence[Waypoint], acceleration: float) -> float:

@@ -10,6 +10,7 @@ Frames follow REP-103: poses in the ENU frame `odom`, velocities and wrenches in
 from __future__ import annotations
 
 import array
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -41,11 +42,14 @@ def nanoseconds(stamp: Any) -> int:
 
 def time_message(stamp: int) -> Time:
     """Nanoseconds as a builtin_interfaces/Time."""
-    # Imported here and in `_new`, so that bags can be read without ROS.
-    from builtin_interfaces.msg import Time
-
     sec, nanosec = divmod(stamp, NANOSECONDS)
-    return Time(sec=sec, nanosec=nanosec)
+    return _time()(sec=sec, nanosec=nanosec)
+
+
+@functools.cache
+def _time() -> Any:
+    """The class of a time; looked up late, so that bags can be read without ROS, and once, which costs less than each message."""
+    return message_class("builtin_interfaces/msg/Time")
 
 
 def _new(kind: str, frame: str) -> Any:

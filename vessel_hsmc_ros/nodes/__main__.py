@@ -1,4 +1,4 @@
-"""`python -m vessel_hsmc_ros.nodes NAME` runs a node by its name, with the arguments that follow; or the nodes of vessels."""
+"""`python -m vessel_hsmc_ros.nodes NAME` runs a node by its name, with the arguments that follow; or several nodes."""
 
 import sys
 
@@ -9,9 +9,9 @@ if __name__ == "__main__":
     end_on_interrupt()
     name = sys.argv.pop(1) if len(sys.argv) > 1 else ""
     if name == GROUP:
-        from vessel_hsmc_ros.nodes import vessel_group
+        from vessel_hsmc_ros.nodes import node_group
 
-        sys.exit(vessel_group.main())
+        sys.exit(node_group.main())
     if name not in PROGRAMS:
         sys.exit(f"NAME must be one of {', '.join(PROGRAMS)} (got {name or 'none'})")
     sys.exit(entry_point(PROGRAMS[name])())

@@ -6,7 +6,7 @@ takes all messages they hold, and serves everything else a fixed number of times
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
@@ -24,12 +24,31 @@ SERVICE_PERIOD = 0.02  # longest delay of timers, services and other subscriptio
 BURST = 64  # messages taken from one subscription before the next is served
 
 
+def take_all(subscriptions: Sequence[Subscription]) -> bool:
+    """Serve the messages in the queues of subscriptions; returns whether there were any."""
+    found = False
+    for subscription in tuple(subscriptions):
+        take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
+        wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
+        callback = subscription.callback
+        for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
+            taken = take(kind, raw)
+            if taken is None:  # the queue is empty
+                break
+            found = True
+            if wants_info:
+                callback(*taken)
+            else:
+                callback(taken[0])
+    return found
+
+
 class DirectExecutor(SingleThreadedExecutor):
     """Serves `subscriptions` as soon as they hold a message, and all other entities of its nodes every SERVICE_PERIOD.
 
     `subscriptions`: those served directly. The list may grow while the executor runs. `poll_period`: poll the subscriptions
     with this period, s, so that many messages cost one wake-up; 0 waits for messages instead. `service_period`: time after
-    which everything else is served again, s.
+    which everything else is served again, s. `polled`: further subscriptions, served with everything else.
     """
 
     def __init__(
@@ -38,11 +57,12 @@ class DirectExecutor(SingleThreadedExecutor):
         poll_period: float = 0.0,
         context: Context | None = None,
         service_period: float = SERVICE_PERIOD,
+        polled: list[Subscription] | None = None,
     ) -> None:
         super().__init__(context=context)
         self._service_period = service_period
         self._known: set[int] = set()
-        self._direct = subscriptions
+        self._direct, self._polled = subscriptions, [] if polled is None else polled
         self._poll_period = poll_period
         self._next_service = 0.0
 
@@ -58,42 +78,39 @@ class DirectExecutor(SingleThreadedExecutor):
                     for subscription in self._direct[size:]:
                         held.enter_context(subscription.handle)
                     size = len(self._direct)
-                    self._known = {id(subscription) for subscription in self._direct}
                     wait_set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
-                if not self.take_direct():
-                    self._wait(wait_set)
-                if time.monotonic() >= self._next_service:
+                busy = take_all(self._direct) or self._wait(wait_set)
+                if not busy or time.monotonic() >= self._next_service:
+                    self._call([timer for node in self.get_nodes() for timer in node.timers])
                     self._serve_rest()
 
-    def take_direct(self) -> bool:
-        """Serve the messages in the queues of the direct subscriptions; returns whether there were any."""
-        found = False
-        for subscription in tuple(self._direct):
-            take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
-            wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
-            callback = subscription.callback
-            for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
-                taken = take(kind, raw)
-                if taken is None:  # the queue is empty
-                    break
-                found = True
-                if wants_info:
-                    callback(*taken)
-                else:
-                    callback(taken[0])
-        return found
+    def _call(self, timers: list[Timer]) -> None:
+        """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
+        for timer in timers:
+            due = False
+            with suppress(rclpy_implementation.InvalidHandle), timer.handle:  # the callback of another may have destroyed it
+                due = timer.handle.is_timer_ready()
+            if due:
+                timer.handle.call_timer()
+                timer.callback()
 
-    def _wait(self, wait_set: object) -> None:
+    def _wait(self, wait_set: Any) -> bool:
+        """Wait for a message, at most for SERVICE_PERIOD; returns whether there may be one."""
         if self._poll_period or wait_set is None:
             time.sleep(self._poll_period or SERVICE_PERIOD)
-            return
-        wait_set.clear_entities()  # type: ignore[attr-defined]
+            return wait_set is not None
+        wait_set.clear_entities()
         for subscription in self._direct:
-            wait_set.add_subscription(subscription.handle)  # type: ignore[attr-defined]
-        wait_set.wait(int(SERVICE_PERIOD * 1e9))  # type: ignore[attr-defined]
+            wait_set.add_subscription(subscription.handle)
+        wait_set.wait(int(SERVICE_PERIOD * 1e9))
+        return bool(wait_set.get_ready_entities("subscription"))
 
     def _serve_rest(self) -> None:
         """Serve every other entity that is ready, but not for longer than a service period."""
+        self._known = {id(subscription) for subscription in (*self._direct, *self._polled)}
+        end = time.monotonic() + self._service_period
+        while take_all(self._polled) and time.monotonic() < end:
+            pass
         end = time.monotonic() + self._service_period
         with suppress(TimeoutException, ShutdownException):
             while time.monotonic() < end:
@@ -103,8 +120,8 @@ class DirectExecutor(SingleThreadedExecutor):
         self._next_service = time.monotonic() + self._service_period
 
     def can_execute(self, entity: Any) -> bool:
-        """Leave the direct subscriptions out of rclpy's wait set: with many of them, building it would take most of the time."""
-        return id(entity) not in self._known and super().can_execute(entity)
+        """Leave timers and direct subscriptions out of rclpy's wait set: building it for each would take most of the time."""
+        return not isinstance(entity, Timer) and id(entity) not in self._known and super().can_execute(entity)
 
 
 LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
@@ -164,17 +181,10 @@ class PromptExecutor(DirectExecutor):
             rest = any(map(wait_set.get_ready_entities, ("guard_condition", "client", "service")))
             self._call(timers)
             if not self._changed:
-                self.take_direct()
+                take_all(self._direct)
             if rest or time.monotonic() >= self._next_service:
                 self._serve_rest()
                 self._next_service = time.monotonic() + period
-
-    def _call(self, timers: list[Timer]) -> None:
-        """Call the timers that are due; the others of them later, if one has created or destroyed something."""
-        for timer in timers:
-            if not self._changed and timer.handle.is_timer_ready():
-                timer.handle.call_timer()
-                timer.callback()
 
 
 def _entities(nodes: "list[Node]") -> tuple[list[Timer], list[Subscription], dict[str, list[Any]]]:

@@ -63,7 +63,7 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
         """Let the parameters that cannot be changed while the node computes be read-only, or not."""
         for name, entry in schema.entries(self.PARAMETERS).items():
             fixed = self.parameters.lockstep or entry.tunable or not self.FIXED.isdisjoint((name, name.partition(".")[0]))
-            if not fixed:
+            if not fixed and self.has_parameter(name):
                 self.describe_parameter(name).read_only = locked
 
     # -- for subclasses -----------------------------------------------------------------------------------------------

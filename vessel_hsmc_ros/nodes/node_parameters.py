@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
-from vessel_hsmc_ros.scenario.ineffective import ineffective
+from vessel_hsmc_ros.scenario.ineffective import ineffective, not_in_use
 from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters
 from vessel_hsmc_ros.scenario.vessels import with_vessel
@@ -63,7 +63,7 @@ def declare(node: Any, cls: type) -> Any:
         instance: Any = schema.build(cls, with_vessel(own, entries), node.NAME)
     except ParameterError as error:
         raise ParameterError(f"{error}{_source_of(str(error), given)}") from None
-    _declare(node, entries, schema.flatten(instance))
+    _declare(node, instance)
     if hasattr(instance, "vessel") and (remaining := inherited(instance.vessel)):
         node.get_logger().warning(f"only a part of the hull is given: {remaining}")
     commanded = [name for name in own if name in given and given[name].place.startswith(PARAMETER)]
@@ -72,10 +72,21 @@ def declare(node: Any, cls: type) -> Any:
     return instance
 
 
-def _declare(node: Node, entries: Mapping[str, schema.Entry], values: Mapping[str, schema.Value]) -> None:
-    for name, entry in entries.items():
-        value = values[name]  # what was given has been applied and validated, so rclpy must not apply it again
-        node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, descriptor(entry), ignore_override=True)
+def _declare(node: Any, instance: Any, fixed: bool = True) -> None:
+    """Declare the parameters of the mode or law that a node runs, and no longer those of another; the instance has them all.
+
+    `fixed`: whether those that cannot be changed while the node runs are read-only.
+    """
+    values = schema.flatten(instance)
+    others = not_in_use(node.NAME, values)
+    for name, entry in schema.entries(type(instance)).items():
+        if name in others and node.has_parameter(name):
+            node.undeclare_parameter(name)
+        elif name not in others and not node.has_parameter(name):
+            value, described = values[name], descriptor(entry)
+            described.read_only &= fixed
+            # What was given has been applied and validated, so rclpy must not apply it again.
+            node.declare_parameter(name, list(value) if isinstance(value, tuple) else value, described, ignore_override=True)
 
 
 def _of_other_nodes(given: Mapping[str, Given], known: Collection[str]) -> list[str]:
@@ -124,8 +135,12 @@ def requested_changes(node: Any, requested: Sequence[Parameter]) -> list[Paramet
     """The changes of a request in the types of their parameters, without read-only ones that have their value already.
 
     `ros2 param` sends 5 for 5.0, and of a file that it has written itself `.inf` as a text, and all that is read-only.
+    Raises ParameterError if one is of a mode or law that the node does not run.
     """
-    entries = schema.entries(node.PARAMETERS)
+    entries, others = schema.entries(node.PARAMETERS), not_in_use(node.NAME, schema.flatten(node.parameters))
+    for change in requested:
+        if change.name in others:
+            raise ParameterError(f"{change.name} is not in use: {others[change.name]}")
     changes = [_in_declared_type(node, change) if change.name in entries else change for change in requested]
     return [change for change in changes if not (node.has_parameter(change.name) and _is_kept(node, change))]
 
@@ -168,16 +183,18 @@ def take_changes(node: Any, changes: list[Parameter]) -> SetParametersResult:
 
     `node`: a `VesselNode`. `changes`: of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
     """
-    known = schema.entries(node.PARAMETERS)
-    values = {p.name: p.value for p in changes if p.name in known}
+    present = schema.flatten(node.parameters)
+    # One that is only just being declared has the value that the node knows.
+    values = {p.name: p.value for p in changes if p.name in present and node.has_parameter(p.name)}
     if not values:
         return SetParametersResult(successful=True)
     try:  # all changes of a request together: a limit may depend on another parameter
-        parameters: Any = schema.build(node.PARAMETERS, schema.flatten(node.parameters) | values, node.NAME)
+        parameters: Any = schema.build(node.PARAMETERS, present | values, node.NAME)
         node.retune(parameters)
     except ParameterError as error:
         return SetParametersResult(successful=False, reason=in_ros_names(str(error), node.NAME))
     node.reporter.changes(node.parameters, parameters)
     node.parameters = parameters
+    _declare(node, parameters, fixed=False)  # another law, which only a node takes whose parameters are not fixed
     node.given |= {name: Given(value, "") for name, value in values.items()}
     return SetParametersResult(successful=True)

@@ -7,10 +7,11 @@ import os
 import signal
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
+from traceback import walk_tb
 from types import FrameType
 from typing import Any
 
@@ -116,7 +117,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
         node.on_own_process()
         node.announce()
         spare_collections()
-        return _work(node, running)
+        return do_all((partial(node.spin, running), node.close), [node])
     finally:
         # By now the node has left the ship without a command, and published its last messages.
         with bounded_end(DESTROYED_WITHIN):
@@ -137,23 +138,32 @@ def bounded_end(limit: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
-def _work(node: VesselNode, running: Callable[[], bool]) -> int:
-    """Spin the node, then close it even if spinning failed; returns the exit code."""
-    code = 0
-    for work in (partial(node.spin, running), node.close):
+def do_all(works: Iterable[Callable[[], None]], nodes: Sequence[VesselNode]) -> int:
+    """Let nodes work, and close them even if that has failed: no actuator is left with the last command; returns the exit code.
+
+    `works`: what they have to do in turn, their closing last. A failure is reported by the node in whose code it occurred.
+    """
+    code, unexpected = 0, None
+    for work in works:
         try:
             work()
         except VesselHsmcError as error:
-            node.fail(str(error))
+            _fail(nodes, error, str(error))
             code = FAILED
         except ExternalShutdownException:  # the context is invalid: nothing more can be published
             break
         except Exception as error:
-            node.fail(f"unexpected {type(error).__name__}: {error}")
-            if work is not node.close:
-                node.close()  # an actuator must not be left with the last command, whatever has failed
-            raise
+            _fail(nodes, error, f"unexpected {type(error).__name__}: {error}")
+            unexpected = unexpected or error
+    if unexpected:
+        raise unexpected
     return code
+
+
+def _fail(nodes: Sequence[VesselNode], error: Exception, reason: str) -> None:
+    """Report a failure by the node in whose code it occurred: an executor raises it and does not name the node."""
+    owners = [frame.f_locals.get("self") for frame, _ in walk_tb(error.__traceback__)]
+    next((node for node in nodes for owner in owners if owner is node), nodes[0]).fail(reason)
 
 
 HELP_WIDTH = 110

@@ -12,7 +12,7 @@ from nav_msgs.msg import Path
 from rosgraph_msgs.msg import Clock
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError, ParameterError
+from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import make_held_reference
 from vessel_hsmc_ros.guidance.scheduled import Point
@@ -250,12 +250,7 @@ class ReferenceShipNode(VesselNode):
         self.get_logger().error(self._refused, throttle_duration_sec=5.0)
 
     def retune(self, parameters: ReferenceParameters) -> None:
-        """Apply changed inputs of the virtual ship from the next period on.
-
-        Raises ParameterError if the parameter `mode` is not virtual_ship.
-        """
-        if parameters.mode != "virtual_ship":
-            raise ParameterError(f"reference_ship.mode = {parameters.mode} has no inputs: only the virtual ship has")
+        """Apply changed inputs of the virtual ship from the next period on; another mode has nothing that may change."""
         self._ship.retune(parameters)
 
     def _reset(self) -> str:

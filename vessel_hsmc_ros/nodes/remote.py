@@ -1,6 +1,5 @@
 """A client of running nodes: finds them, calls their services, reads and changes their parameters, sends them goals and paths."""
 
-import difflib
 import math
 import os
 import time
@@ -21,15 +20,16 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import NavSatFix
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
-from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import discovery
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.core.node_list import CONTROLLER, LOOP, REFERENCE, WATCHERS
+from vessel_hsmc_ros.core.node_list import REFERENCE
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import DATUM, EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down, start_error
+from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
 DISCOVERY_LIMIT = 5.0
 """Longest search for a node, s; with the package's profile of Fast DDS nodes find each other within a second."""
@@ -37,6 +37,7 @@ DISCOVERY_LIMIT = 5.0
 ANSWER_LIMIT, REPEAT_AFTER = 6.0, 2.0
 """Longest wait for a response, s, and the time after which a request is repeated: a response is lost if the server has not
 discovered the client yet."""
+
 
 CONFIRMATION_LIMIT = 2.0  # longest wait for the event that confirms a message, s
 PLANNING_LIMIT = 8.0  # further wait for a path, s, which a busy machine plans slowly; a refusal is known before
@@ -189,7 +190,7 @@ class Remote:
         return f"{what}: found are {', '.join(there)}{hint}"
 
 
-NODE_NAMES = (*LOOP, *WATCHERS)
+DECLARED = NODES | WATCHERS
 
 
 class Change(NamedTuple):
@@ -205,10 +206,15 @@ def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str,
 
     Raises RunError if the node is not found, or does not respond.
     """
-    (getter,) = remote.connect([Service(node, "get_parameters", GetParameters)])
+    lister, getter = remote.connect(
+        [Service(node, "list_parameters", ListParameters), Service(node, "get_parameters", GetParameters)]
+    )
     wanted = list(names)
-    values = remote.call(getter, GetParameters.Request(names=wanted)).values
-    return {name: _plain(parameter_value_to_python(value)) for name, value in zip(wanted, values, strict=True)}
+    known = set(remote.call(lister, ListParameters.Request()).result.names)
+    there = [name for name in wanted if name in known]  # rclpy answers with no value at all where one is not declared
+    values = remote.call(getter, GetParameters.Request(names=there)).values
+    found = {name: _plain(parameter_value_to_python(value)) for name, value in zip(there, values, strict=True)}
+    return {name: found.get(name) for name in wanted}
 
 
 def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Change]:
@@ -222,8 +228,8 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
         node, dot, name = key.partition(".")
         if not (node and dot and name):
             raise ParameterError(f"{key} is not a parameter: it must be node.parameter, such as controller.guided.position_gain")
-        if node not in NODE_NAMES and (close := difflib.get_close_matches(node, NODE_NAMES, n=1)):
-            raise ParameterError(f"{node} is not a node: did you mean {close[0]}?")
+        if node not in DECLARED and (near := schema.meant(node, DECLARED)):
+            raise ParameterError(f"{node} is not a node{near}")
         by_node.setdefault(node, {})[name] = value
     remote.require(*by_node)
     checked = {node: _checked(remote, node, values) for node, values in by_node.items()}
@@ -240,26 +246,18 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
     return made
 
 
-def without_effect(remote: Remote, changes: Iterable[Change]) -> list[str]:
-    """Notes on changed parameters of a law that the controller does not run at present."""
-    groups = {change.name.split(".")[1] for change in changes if change.name.startswith("controller.")}
-    if not (laws := groups & set(LAWS)):
-        return []
-    law = get_parameters(remote, CONTROLLER, ["law"])["law"]
-    return [f"controller.{other} has no effect on this run, whose law is {law}" for other in sorted(laws - {law})]
-
-
 def _checked(remote: Remote, node: str, values: Mapping[str, object]) -> list[Parameter]:
     """The new parameters of a node, checked against its own descriptions."""
     lister, describer = remote.connect(
         [Service(node, "list_parameters", ListParameters), Service(node, "describe_parameters", DescribeParameters)]
     )
     known = set(remote.call(lister, ListParameters.Request()).result.names)
+    every = known.union(schema.entries(DECLARED[node]) if node in DECLARED else ())
     for name in values:
+        if name not in every:
+            raise ParameterError(f"{node}.{name} is not a parameter: {schema.suggestion(name, every)}")
         if name not in known:
-            close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f"did you mean {node}.{close[0]}?" if close else "`vessel-hsmc parameters` lists all of them"
-            raise ParameterError(f"{node}.{name} is not a parameter: {hint}")
+            raise ParameterError(f"{node}.{name} is not in use: it is of a law or mode that the node does not run")
     descriptors = remote.call(describer, DescribeParameters.Request(names=list(values))).descriptors
     return [_parameter(node, d, value) for d, value in zip(descriptors, values.values(), strict=True)]
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -112,16 +113,13 @@ class LiveConnection:
         for role in roles:
             if role.topic not in self._received:
                 self._received[role.topic] = []
-                node.create_subscription(message_class(role.kinds[0]), role.topic, self._keeper(role.topic), COLLECTED)
+                node.create_subscription(message_class(role.kinds[0]), role.topic, partial(self._keep, role.topic), COLLECTED)
         node.create_subscription(Event, self._remote.name(EVENTS), lambda m: self._events.update({m.kind: None}), qos.EVENTS)
         node.create_subscription(ControlState, self._remote.name("controller/state"), self._on_state, COLLECTED)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, COLLECTED)
 
-    def _keeper(self, topic: str) -> Callable[[Any], None]:
-        return lambda message: self._received[topic].append((self._now(), message))
-
-    def _now(self) -> float:
-        return float(self._remote.node.get_clock().now().nanoseconds) / NANOSECONDS
+    def _keep(self, topic: str, message: Any) -> None:
+        self._received[topic].append((self._remote.node.get_clock().now().nanoseconds / NANOSECONDS, message))
 
     def _on_state(self, message: ControlState) -> None:
         self._reasons.add(message.reason)

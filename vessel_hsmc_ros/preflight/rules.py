@@ -116,12 +116,9 @@ def absent(connection: Connection, role: Role) -> str:
     taken = {each.topic for each in connection.roles}
     like = [name for name, topic in connection.topics.items() if name not in taken and open_end(topic)]
     own = role.own or role.topic.rpartition("/")[2]
+    others = f", or with {', '.join(like[1:4])}" if len(like) > 1 else ""
     hint = f"start with -r {own}:={like[0]}" if like else f"start what {verb} it, or compare its name with `ros2 topic list`"
-    return f"no node {verb} {role.topic} ({' or '.join(role.kinds)}): {hint}{_others(like)}"
-
-
-def _others(like: list[str]) -> str:
-    return f", or with {', '.join(like[1:4])}" if len(like) > 1 else ""
+    return f"no node {verb} {role.topic} ({' or '.join(role.kinds)}): {hint}{others}"
 
 
 def judge_rate(role: Role, topic: Topic) -> Iterator[str]:

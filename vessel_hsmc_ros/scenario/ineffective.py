@@ -110,6 +110,15 @@ def rules_of(node: str) -> tuple[Rule, ...]:
     return tuple({REFERENCE: _of_the_reference, CONTROLLER: _of_the_controller}.get(node, tuple)())
 
 
+def not_in_use(node: str, values: Values) -> dict[str, str]:
+    """The parameters of the modes or laws that a node does not run, with the reason.
+
+    `values`: of all parameters of the node.
+    """
+    rules = (rule for rule in rules_of(node) if rule.alternative and rule.off(values))
+    return {name: rule.why for rule in rules for name in rule.names(values)}
+
+
 def ineffective(node: str, parameters: Any, given: Collection[str], commanded: Collection[str] = ()) -> list[str]:
     """Name the settings of a node that are given and have no effect.
 

@@ -201,6 +201,18 @@ NODES = Declarations(
 WATCHERS = Declarations({name: program.parameters for name, program in node_list.WATCHERS.items()})
 """Nodes outside the closed loop, whose parameters are not part of a scenario."""
 
+FIRST = (
+    "controller.vessel.name",
+    "controller.law",
+    "controller.rate_hz",
+    "controller.odometry.form",
+    "controller.input_timeout",
+    "controller.safety.action",
+    "controller.safety.fence.inside",
+    "reference_ship.mode",
+)
+"""The parameters that the owner of a vessel sets first, in this order; the others may keep their defaults."""
+
 VESSEL = "vessel."  # prefix of the hull data, which the nodes share
 VESSEL_NAME = f"{VESSEL}name"
 

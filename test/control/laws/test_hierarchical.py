@@ -18,6 +18,8 @@ from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalPar
 from vessel_hsmc_ros.core.exceptions import InstabilityError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.metrics import rms
+from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
+from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 PERIOD = 0.02
@@ -184,6 +186,41 @@ def test_it_keeps_the_promise_of_the_paper_within_the_limits_of_the_actuators(
     moments = run.wrench[late, 1]
     assert np.sum(np.abs(np.diff(moments))) / 3e6 < 0.05 * (run.time[-1] - run.time[late][0])
     assert np.max(np.abs(run.wrench)) <= 3e6
+
+
+SLOW_BOAT: dict[str, Any] = {
+    "controller.law": "hierarchical",
+    "controller.hierarchical.actuator_identification": False,
+    "reference_ship.mode": "straight",
+    "vessel_sim.duration": 120.0,
+    **{f"{node}.rate_hz": 25.0 for node in ("controller", "vessel_sim", "reference_ship")},
+    **{f"{node}.{axis}_lag": 0.39 for node in ("controller.vessel", "vessel_sim.actuators") for axis in ("surge", "yaw")},
+    **{f"controller.vessel.{axis}_dead_time": 0.0 for axis in ("surge", "yaw")},
+    **{f"controller.vessel.{name}_rate": math.inf for name in ("surge_force", "yaw_moment")},
+    "vessel_sim.vessel.surge_inertia": 71.6,
+    "vessel_sim.vessel.sway_inertia": 87.3,
+    "vessel_sim.vessel.yaw_inertia": 46.4,
+    "vessel_sim.vessel.surge_damping": 2.4,
+    "vessel_sim.vessel.surge_damping_quadratic": 5.2,
+    "vessel_sim.vessel.sway_damping": 85.0,
+    "vessel_sim.vessel.sway_damping_quadratic": 48.0,
+    "vessel_sim.vessel.yaw_damping": 18.0,
+    "vessel_sim.vessel.yaw_damping_quadratic": 16.5,
+}
+"""A boat of 2.2 m with slow actuators, a fifth more yaw inertia than declared and a sway velocity that decays slowly."""
+
+
+@pytest.mark.parametrize(("x", "y", "heading"), [(-0.75, 1.3, 1.0), (1.5, 0.0, 3.0), (-0.75, -1.3, 5.0)])
+def test_it_brakes_its_turns_so_that_slow_actuators_end_in_no_limit_cycle(x: float, y: float, heading: float) -> None:
+    """Without the brake the moment alternates between its limits, and the boat swings by 0.6 m."""
+    boat = parse_scenario(scenario_text("boat", MainData(length=2.2)), "boat", source="boat")
+    slow = boat.changed({**SLOW_BOAT, "vessel_sim.initial_pose": [x, y, heading]})
+    largest = []
+    for braking in (slow.controller.hierarchical.turn_deceleration, 1e3):
+        run = simulate(slow.changed({"controller.hierarchical.turn_deceleration": braking}))
+        largest.append(np.max(np.hypot(*(run.state - run.reference)[run.time >= 90.0, :2].T)))
+    assert largest[0] < 0.02
+    assert largest[1] > 0.5
 
 
 @pytest.mark.parametrize(("x", "y", "heading"), [(-160.0, 15.0, 3.1), (15.0, 175.0, 0.0), (40.0, -60.0, -1.6), (15.0, -5.0, 1.6)])

@@ -35,9 +35,9 @@ def predicted_rate(expression):
 
 
 def test_the_surfaces_of_the_predicted_motion_obey_their_reaching_laws_for_any_velocity_field_lever_and_turn() -> None:
-    """dS = -k·S - eta·sat + lam·(gradient of S)·(prediction errors), for w and l that depend on place and time."""
+    """dS = -k·S - eta·sat + lam·(gradient of S)·(prediction errors), for w of place and time, and l of heading and v too."""
     w = sp.Matrix([sp.Function(name)(x, y, t) for name in ("w_x", "w_y")])
-    lever = sp.Function("l")(x, y, t)
+    lever = sp.Function("l")(x, y, psi, v, t)
     sigma1, sigma2 = v - w.dot(BEAM), r - r_c
     s1, s2 = sigma1 + lever * sigma2, u - w.dot(BOW)
     # The law's rates are those of the prediction without its corrections.

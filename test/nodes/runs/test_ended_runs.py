@@ -16,10 +16,11 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError, ReportError, RunError, SimulationError
+from vessel_hsmc_ros.faults.fault import FaultScript
 from vessel_hsmc_ros.nodes.runs import processes
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 from vessel_hsmc_ros.studies.runs import scenario_run
 
 supervisor: Any = pytest.importorskip("vessel_hsmc_ros.nodes.runs.supervisor", reason="ROS is not installed")
@@ -32,7 +33,7 @@ RUNNING: Codes = {"vessel_sim": None, "reference_ship": None, "controller": None
 
 def group(folder: Path, codes: Codes) -> NodeGroup:
     """Nodes of which some have ended; the log of each ends with an error."""
-    made = NodeGroup(folder / "none.yaml", folder / "logs", "", ())
+    made = NodeGroup(folder / "none.yaml", folder / "logs", "", {})
     for name, code in codes.items():
         log = folder / f"{name}.log"
         log.write_text(f"[INFO] [1.0] [{name}]: started\n[ERROR] [1.0] [{name}]: first\n[FATAL] [2.0] [{name}]: at last\n")
@@ -50,6 +51,16 @@ def test_the_end_of_a_process_is_described_by_signal_or_last_error(tmp_path: Pat
     assert process.describe_exit() == text
     process.log.write_text("nothing of the kind")
     assert process.describe_exit() == (f"recorder failed: exit code 1, see {process.log}" if code == 1 else text)
+
+
+@pytest.mark.parametrize("namespace", ["", "fleet."])
+def test_the_failure_of_a_node_that_shares_a_process_has_its_own_name(tmp_path: Path, namespace: str) -> None:
+    log, popen = tmp_path / "log", SimpleNamespace(returncode=1)
+    log.write_text(f"[FATAL] [1.0] [{namespace}one.controller]: at last\n")
+    process = NodeProcess("group_1", popen, log, ("one/vessel_sim", "one/controller"))  # type: ignore[arg-type]
+    assert process.describe_exit() == "one/controller failed: at last"
+    log.write_text("[FATAL] [1.0] [rcl]: at last\n")
+    assert process.describe_exit() == "group_1 failed: at last"
 
 
 def test_a_process_whose_work_was_done_when_the_middleware_did_not_let_it_go_has_not_failed(tmp_path: Path) -> None:
@@ -73,21 +84,22 @@ def test_of_ended_processes_only_errors_count_as_failures_that_are_not_left_out(
 
 
 @pytest.mark.parametrize(
-    ("name", "namespace", "group", "expected"),
+    ("names", "namespace", "expected", "within"),
     [
-        ("controller", "", None, ["controller", ""]),
-        ("controller", "boat", None, ["controller", "/boat"]),
-        ("vessel_2/controller", "", None, ["controller", "/vessel_2"]),
-        ("vessel_2/controller", "fleet", None, ["controller", "/fleet/vessel_2"]),
-        ("recorder", "a/b", None, ["recorder", "/a/b"]),
+        (["controller"], "", ["controller"], ""),
+        (["controller"], "boat", ["controller"], "/boat"),
+        (["vessel_2/controller"], "", ["controller"], "/vessel_2"),
+        (["vessel_2/controller"], "fleet", ["controller"], "/fleet/vessel_2"),
+        (["recorder"], "a/b", ["recorder"], "/a/b"),
+        (["recorder", "controller"], "", ["node_group", "recorder", "controller"], ""),
+        (["one/vessel_sim", "two/controller"], "a/b", ["node_group", "a/b/one/vessel_sim", "a/b/two/controller"], ""),
     ],
 )
 def test_a_node_runs_in_the_namespace_of_the_run_and_of_its_vessel(
-    name: str, namespace: str, group: None, expected: list[str]
+    names: list[str], namespace: str, expected: list[str], within: str
 ) -> None:
-    node, within = expected
-    command = processes._command(name, Path("p.yaml"), namespace, group)
-    assert command[1:4] == ["-m", "vessel_hsmc_ros.nodes", node]
+    command = processes.node_command(names, Path("p.yaml"), namespace)
+    assert command[1 : command.index("--ros-args")] == ["-m", "vessel_hsmc_ros.nodes", *expected]
     assert command[command.index("--params-file") + 1] == "p.yaml"
     assert [part for part in command if part.startswith("__ns")] == ([f"__ns:={within}"] if within else [])
 
@@ -273,15 +285,35 @@ def test_a_run_of_nodes_has_its_own_end_else_that_of_its_evaluation_and_its_summ
     monkeypatch.setattr(scenario_run, "supervisor_module", lambda: module)
     monkeypatch.setattr(scenario_run, "_evaluate_bag", evaluate)
     scenario, folder, progress = load_scenario("case2_straight", {"vessel_sim.duration": 1.0}), RunFolder(tmp_path), list[float]()
-    found = scenario_run.run_nodes(scenario, folder, "boat", progress.append, 9000, 7.5)
+    found = scenario_run.run_nodes(scenario, folder, "boat", progress.append, 9000, 7.5, composed=True)
     assert (found.exit_code, found.failure) == (code, failure)
     assert evaluated == ([] if status.failure else [7.5])
-    assert given == [(folder, scenario, "boat", progress.append, 9000, None)]
+    assert given == [(folder, scenario, "boat", progress.append, 9000, None, (), True)]
     summary = json.loads(folder.summary.read_text())
     assert (summary["exit_code"], summary["failure"], summary["namespace"]) == (code, failure, "boat")
     written = folder.parameters.read_text()
     assert str(folder.bag.absolute()) in written
     assert "duration: 1.0" in written
+
+
+@pytest.mark.parametrize(
+    ("real_time", "faults", "wanted", "shared"),
+    [(False, None, True, True), (False, None, False, False), (True, None, True, False), (False, FaultScript(), True, False)],
+)
+def test_nodes_share_a_process_only_in_lockstep_and_without_faults(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real_time: bool, faults: Any, wanted: bool, shared: bool
+) -> None:
+    given: list[Any] = []
+
+    def supervise(*arguments: Any) -> Any:
+        given.append(arguments[-1])
+        return STATUSES[2]
+
+    module = SimpleNamespace(Injection=supervisor.Injection, supervise=supervise)
+    monkeypatch.setattr(scenario_run, "supervisor_module", lambda: module)
+    scenario = load_scenario("case2_straight", for_nodes(True, real_time, ""))
+    scenario_run.run_nodes(scenario, RunFolder(tmp_path), "", lambda _: None, faults=faults, composed=wanted)
+    assert given == [shared]
 
 
 def test_a_disk_that_is_full_hides_no_interrupt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,7 +19,11 @@ def wait(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[ExitStatus, lis
 
     def call(*times: dict[str, float], apart: float) -> tuple[ExitStatus, list[float]]:
         now, turns, reached = 0.0, iter(times), list[float]()
-        plants = [SimpleNamespace(name=name, code=None, popen=SimpleNamespace(poll=lambda: None)) for name in PROCESSES.plants]
+        plants = [
+            SimpleNamespace(name=name, code=None, popen=SimpleNamespace(poll=lambda: None))
+            for name in PROCESSES
+            if name.endswith("vessel_sim")
+        ]
         listener = SimpleNamespace(status={}, heard_at={})
 
         def listen(_: float) -> None:

@@ -18,7 +18,7 @@ def test_the_recorder_is_interrupted_after_all_other_nodes_have_ended(tmp_path: 
             send_signal=lambda number: events.append((number.name, name)), wait=lambda _: events.append(("ended", name))
         )
 
-    group = NodeGroup(tmp_path / "params.yaml", tmp_path, names=())
+    group = NodeGroup(tmp_path / "params.yaml", tmp_path, "", {})
     group.processes += [NodeProcess(name, cast("Any", process(name)), tmp_path / "log") for name in names]
     group.stop()
     others = [name for name in names if name != "recorder"]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from records import make_run
 
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.nodes.runs.processes import spread
 from vessel_hsmc_ros.report import Record, style
@@ -366,17 +367,15 @@ def test_only_large_fleets_in_lockstep_share_processes(
     monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1, 2})
     vessels = [f"vessel_{number + 1}" for number in range(count)]
     found = spread(vessels, by_thrusters=False, lockstep=lockstep)
-    assert sorted(plant for part in found.plants.values() for plant in part) == [f"{vessel}/vessel_sim" for vessel in vessels]
+    assert sorted(node for part in found.values() for node in part) == sorted(taking_part(False, vessels))
     if not grouped:
-        assert not found.groups
-        assert set(found.plants) <= set(found.names)
+        assert all([name] == [*part] for name, part in found.items())
         return
-    assert found.names == ("recorder", "group_1", "group_2", "group_3")
-    assert found.plants == {
+    assert [*found] == ["recorder", "group_1", "group_2", "group_3"]
+    plants = {name: [node for node in part if node.endswith("vessel_sim")] for name, part in found.items()}
+    assert plants == {
+        "recorder": [],
         "group_1": ["vessel_1/vessel_sim", "vessel_4/vessel_sim"],
         "group_2": ["vessel_2/vessel_sim", "vessel_5/vessel_sim"],
         "group_3": ["vessel_3/vessel_sim"],
     }
-    for name, (nodes, *part) in found.groups.items():
-        assert [f"{vessel}/vessel_sim" for vessel in part] == found.plants[name]
-        assert "recorder" not in nodes.split(",")

@@ -4,11 +4,11 @@ import math
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from inspect import getfile
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.interface.terms import Terms
@@ -82,9 +82,5 @@ def _plain(terms: Terms) -> Terms:
     """Terms with NumPy's scalars and lists of weights converted. Raises TypeError, ValueError if these are not terms."""
     if not isinstance(terms, Terms):
         raise TypeError
-    converters: dict[Any, Any] = {float: float, bool: bool, np.ndarray: _array}
+    converters: dict[Any, Any] = {float: float, bool: bool, np.ndarray: partial(np.asarray, dtype=float)}
     return Terms._make(converters[kind](value) for kind, value in zip(KINDS, terms, strict=True))
-
-
-def _array(values: Any) -> NDArray[np.float64]:
-    return np.asarray(values, dtype=float)

@@ -9,7 +9,7 @@
 
     q = 0.8 + 2·(max(T_r + T_d + 0.4·T_f) + h/2)/T, at least 2.4 + h/T where not all of the actuators is declared
 
-Lengths are in units of L, times in units of q·T, l0 in units of q·L, and a_r in units of 1/T²: one set of numbers serves a model
+Lengths are in units of L, times in units of q·T, and l0 in units of q·L: one set of numbers serves a model
 of 1 m and a ship of 300 m. On the paper's ship with q = 1 the slopes are those of the paper: 0.3 1/s is 1.4 1/T.
 """
 
@@ -56,7 +56,7 @@ class HierarchicalParameters:
     approach_deceleration: float = number(0.15, "Deceleration of an approach from afar.", "L/T²", "a")
     station_lever: float = number(0.021, "Distance of the controlled point ahead of the origin at rest.", "L", "l0")
     lookahead_time: float = number(0.6, "Time in which the vessel sails that distance under way.", "T", "T_a")
-    turn_deceleration: float = number(1.0, "Yaw deceleration that a turn is to need at most.", "1/T0²", "a_r")
+    turn_deceleration: float = number(0.6, "Yaw deceleration that a turn is to need at most.", "1/T²", "a_r")
     yaw_reaching_gain: float = number(4.6, "Reaching gain of the yaw surface (21).", "1/T", "k1")
     surge_reaching_gain: float = number(4.6, "Reaching gain of the surge surface (27).", "1/T", "k2")
     yaw_switching_gain: float = number(0.053, "Switching gain of the yaw law (21).", "L/T²", "eta1")
@@ -144,7 +144,7 @@ def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float
         for limit, each in zip((vessel.surge_force_limit, vessel.yaw_moment_limit), dynamics(vessel)[:2], strict=True)
     )
     g = Gains(
-        **numbers | {"l0": l0, "a_r": q * q * numbers["a_r"]}, rho=0.25 * numbers["lam"] * numbers["lam"],
+        **numbers | {"l0": l0}, rho=0.25 * numbers["lam"] * numbers["lam"],
         m11=vessel.surge_inertia, m33=vessel.yaw_inertia, tau_1max=vessel.surge_force_limit, tau_2max=vessel.yaw_moment_limit,
         j=1.0 / (unit_time(vessel) ** 2 * full) if full > 0.0 else LARGEST_CHANGE,
         T_c=CURRENT_TIME * T, U_c=WATER_SPEED * L / T, surge=surge, yaw=yaw, T=period,

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
-from vessel_hsmc_ros.core.node_list import GROUP, PLANT, RECORDER, taking_part
+from vessel_hsmc_ros.core.node_list import CONTROLLER, GROUP, RECORDER, taking_part
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 STOP_LIMIT = 8.0  # time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines
@@ -28,41 +28,42 @@ LOG_RESERVE = 16 * 1024  # disk space that is reserved for each log, bytes
 _PR_SET_PDEATHSIG = 1
 _FALLOC_FL_KEEP_SIZE = 1
 _FATAL_LINE = re.compile(r"^\[FATAL\]", re.MULTILINE)
-_ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\].*?\]: (.*)$", re.MULTILINE)
+_ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\] \[[^]]*\] \[([^]]*)\]: (.*)$", re.MULTILINE)
 
 
-@dataclass(frozen=True)
-class Processes:
-    """How the nodes of a vessel, or of a fleet, are spread over processes."""
-
-    # the processes in the order of their start, each a node such as `vessel_2/controller`, or a group of vessels
-    names: tuple[str, ...]
-    groups: Mapping[str, Sequence[str]]  # the arguments of each group, by its name
-    plants: Mapping[str, Sequence[str]]  # names of the plants that run in a process, by its name
+Processes = Mapping[str, Sequence[str]]
+"""The nodes of each process, such as `vessel_2/controller`, by its name; in the order of their start."""
 
 
-def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool) -> Processes:
+def alone(names: Sequence[str]) -> Processes:
+    """A process for each node."""
+    return {name: (name,) for name in names}
+
+
+def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool, composed: bool = False) -> Processes:
     """Give every node a process; the nodes of a large fleet in lockstep share as many processes as there are cores.
 
     `vessels`: namespaces of the vessels of a fleet; none for a single vessel. `by_thrusters`: whether thrusters drive the ships,
-    so that their allocations take part.
+    so that their allocations take part. `composed`: whether all nodes share one process.
     """
-    plants = [f"{vessel}/{PLANT}" for vessel in vessels] or [PLANT]
+    nodes = taking_part(by_thrusters, vessels)
+    if composed:
+        return {GROUP: nodes}
     if len(vessels) <= OWN_PROCESSES or not lockstep:
-        return Processes(taking_part(by_thrusters, vessels), {}, {plant: [plant] for plant in plants})
-    nodes = ",".join(name for name in taking_part(by_thrusters) if name != RECORDER)
+        return alone(nodes)
     count = min(max(1, len(os.sched_getaffinity(0))), len(vessels))
-    groups = {f"group_{k + 1}": (nodes, *vessels[k::count]) for k in range(count)}
-    return Processes((RECORDER, *groups), groups, {name: plants[k::count] for k, name in enumerate(groups)})
+    of_vessels = [taking_part(by_thrusters, vessels[k::count])[1:] for k in range(count)]
+    return {RECORDER: (RECORDER,), **{f"group_{k + 1}": names for k, names in enumerate(of_vessels)}}
 
 
 @dataclass(frozen=True)
 class NodeProcess:
-    """The process of a node and the log file of its output."""
+    """The process of a node, or of several, and the log file of its output."""
 
     name: str
     popen: subprocess.Popen[bytes]
     log: Path
+    nodes: Sequence[str] = ()
 
     @property
     def code(self) -> int | None:
@@ -81,8 +82,11 @@ class NodeProcess:
             return f"{self.name} was killed by {signal.Signals(-code).name}"
         if code == 0:
             return f"{self.name} exited before the end of the run"
-        errors = _ERROR_LINE.findall(self._text())
-        return f"{self.name} failed: {errors[-1] if errors else f'exit code {code}, see {self.log}'}"
+        if not (errors := _ERROR_LINE.findall(self._text())):
+            return f"{self.name} failed: exit code {code}, see {self.log}"
+        logger, reason = errors[-1]
+        node = next((name for name in self.nodes if logger.replace(".", "/").endswith(name)), self.name)
+        return f"{node} failed: {reason}"
 
 
 class NodeGroup:
@@ -90,10 +94,9 @@ class NodeGroup:
 
     Args:
         namespace: Their namespace, without leading and trailing slashes.
-        names: The nodes to start, from PROGRAMS; those of a fleet with the namespaces of their vessels,
+        nodes: The nodes of each process to start, from PROGRAMS; those of a fleet with the namespaces of their vessels,
             such as `vessel_2/controller`.
-        extra: Further ROS arguments of nodes, by their names.
-        groups: Vessels whose nodes share a process, as arguments of `vessel_group`, by names among `names`.
+        extra: Further ROS arguments of processes, by their names.
 
     Raises:
         RunError: a node cannot be started, for instance because the disk is full.
@@ -103,24 +106,23 @@ class NodeGroup:
         self,
         parameters: Path,
         logs: Path,
-        namespace: str = "",
-        names: Sequence[str] = taking_part(by_thrusters=False),
+        namespace: str,
+        nodes: Processes,
         extra: Mapping[str, Sequence[str]] | None = None,
-        groups: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         logs.mkdir(parents=True, exist_ok=True)
         # A profile that the user has set takes precedence over that of the package; the log format must not.
         self._environment = {**os.environ, PROFILES: discovery_profiles(), **LOG_FORMAT}
         self.processes: list[NodeProcess] = []
         try:
-            for name in names:
-                command = [*_command(name, parameters, namespace, (groups or {}).get(name)), *(extra or {}).get(name, ())]
-                self._start(name, command, logs / f"{name.replace('/', '_')}.log")
+            for name, members in nodes.items():
+                command = [*node_command(members, parameters, namespace), *(extra or {}).get(name, ())]
+                self._start(name, command, logs / f"{name.replace('/', '_')}.log", members)
         except OSError as error:
             self.stop()
             raise RunError(f"{name} cannot be started with its log in {logs}: {error.strerror}") from None
 
-    def _start(self, name: str, command: list[str], log: Path) -> None:
+    def _start(self, name: str, command: list[str], log: Path, nodes: Sequence[str]) -> None:
         with log.open("ab") as output:  # the log of a node that is restarted goes on
             _reserve(output.fileno())
             popen = subprocess.Popen(  # noqa: S603 - our own modules
@@ -132,7 +134,7 @@ class NodeGroup:
                 start_new_session=True,  # Ctrl-C must reach only the supervisor, which stops the nodes in order
                 preexec_fn=_die_with_parent,
             )
-        self.processes.append(NodeProcess(name, popen, log))
+        self.processes.append(NodeProcess(name, popen, log, nodes))
 
     def __enter__(self) -> "NodeGroup":
         return self
@@ -150,7 +152,7 @@ class NodeGroup:
         old.popen.wait()
         self.processes.remove(old)
         command = [*map(str, old.popen.args)]  # type: ignore[arg-type] # a list, as `_start` gives it
-        self._start(name, command, old.log)
+        self._start(name, command, old.log, old.nodes)
 
     def _named(self, name: str) -> NodeProcess:
         return next(process for process in self.processes if process.name == name)
@@ -181,14 +183,16 @@ class NodeGroup:
                 process.popen.wait()
 
 
-def _command(name: str, parameters: Path, namespace: str, group: Sequence[str] | None) -> list[str]:
-    """The command line of a node, or of a group of vessels with its arguments."""
-    vessel, _, node = name.rpartition("/")
-    options = law_file_options() if group or node == "controller" else []
+def node_command(nodes: Sequence[str], parameters: Path, namespace: str) -> list[str]:
+    """The command line of a node, or of a group of nodes that share a process."""
+    full = ["/".join(part for part in (namespace, name) if part) for name in nodes]
+    within, _, node = full[0].rpartition("/")
+    grouped = len(full) > 1
+    options = law_file_options() if grouped or node == CONTROLLER else []
     arguments = ["--ros-args", "--params-file", str(parameters)]
-    if within := "/".join(part for part in (namespace, vessel) if part):
+    if within and not grouped:
         arguments += ["-r", f"__ns:=/{within}"]
-    return [sys.executable, "-m", "vessel_hsmc_ros.nodes", *((GROUP, *group) if group else (node,)), *options, *arguments]
+    return [sys.executable, "-m", "vessel_hsmc_ros.nodes", *((GROUP, *full) if grouped else (node,)), *options, *arguments]
 
 
 def _reserve(file: int) -> None:

@@ -19,12 +19,12 @@ import yaml
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
-from vessel_hsmc_ros.core.node_list import RELAY
+from vessel_hsmc_ros.core.node_list import PLANT, RELAY
 from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down
-from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, spread
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, alone, spread
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.faults import relayed_topics
@@ -232,23 +232,24 @@ def supervise(
     live_port: int | None = None,
     injection: Injection | None = None,
     vessels: Sequence[str] = (),
+    composed: bool = False,
 ) -> ExitStatus:
     """Start the nodes, wait until every plant has ended the run, stop them.
 
     `folder`: run folder with the parameters of the nodes; the bag and the logs are written there. `namespace`: namespace of the
     nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view. `vessels`: namespaces
-    of the vessels of a fleet, which have one recorder. Returns how the run ended; a failure names the node, with the namespace of
-    its vessel in a fleet, and is not raised.
+    of the vessels of a fleet, which have one recorder. `composed`: whether all nodes share one process. Returns how the run
+    ended; a failure names the node, with the namespace of its vessel in a fleet, and is not raised.
     """
     extra = injection.arguments() if injection else {}
     lockstep = scenario.controller.lockstep
-    processes = spread(vessels, scenario.vessel_sim.by_thrusters, lockstep)
+    processes = spread(vessels, scenario.vessel_sim.by_thrusters, lockstep, composed)
     # The processes come first: they start while this one creates its own node, and before it has threads (they are forked).
     with (
         Interrupts() as interrupts,
         live_view(folder, namespace, lockstep, live_port, interrupts),
         relaying(injection, folder, namespace) as relay,
-        NodeGroup(folder.parameters, folder.logs, namespace, processes.names, extra, processes.groups) as nodes,
+        NodeGroup(folder.parameters, folder.logs, namespace, processes, extra) as nodes,
         StatusListener(namespace, vessels) as listener,
     ):
         faults = ProcessFaults(injection.script if injection else FaultScript(), nodes)
@@ -260,8 +261,8 @@ def supervise(
 def relaying(injection: Injection | None, folder: RunFolder, namespace: str) -> NodeGroup:
     """The process of the relay, if there are faults."""
     if injection is None:
-        return NodeGroup(folder.parameters, folder.logs, namespace, ())
-    return NodeGroup(injection.write(folder.path), folder.logs, namespace, (RELAY,))
+        return NodeGroup(folder.parameters, folder.logs, namespace, {})
+    return NodeGroup(injection.write(folder.path), folder.logs, namespace, alone((RELAY,)))
 
 
 @contextmanager
@@ -278,7 +279,7 @@ def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int 
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
     parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
-    with NodeGroup(parameters, folder.logs, namespace, tuple(settings)) as group:
+    with NodeGroup(parameters, folder.logs, namespace, alone((*settings,))) as group:
         deadline = time.monotonic() + CONNECT_LIMIT
         while not (_is_listening(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
             time.sleep(0.05)
@@ -334,7 +335,7 @@ class Watched:
     @property
     def plants(self) -> list[str]:
         """The names of the plants."""
-        return [name for part in self.processes.plants.values() for name in part]
+        return [name for part in self.processes.values() for name in part if name.endswith(PLANT)]
 
     def simulated(self) -> float:
         """The simulated time that all plants have reported, s; 0 before the first step of one of them."""
@@ -345,21 +346,21 @@ class Watched:
         ended = [p for p in (*self.nodes.processes, *self.relay.processes) if p.popen.poll() is not None]
         ended = [process for process in ended if process.name not in self.faults.affected]
         codes = {process.name: process.code for process in ended}
-        if all(codes.get(name) == 0 for name in self.processes.plants):
+        pacing = [name for name, part in self.processes.items() if not set(part).isdisjoint(self.plants)]
+        if all(codes.get(name) == 0 for name in pacing):
             return ExitStatus(0)
         ended.sort(key=lambda process: process.code == 0)  # errors first: a node that lost its partner may have ended in order
         # A plant of a fleet may end before the others.
-        failure = next((p.describe_exit() for p in ended if p.code or p.name not in self.processes.plants), "")
+        failure = next((p.describe_exit() for p in ended if p.code or p.name not in pacing), "")
         if not failure:
             return None
         return ExitStatus(1, failure + silent_after(self.listener, self.reporting() if self.simulated() else (), REPORT_LIMIT))
 
     def reporting(self) -> set[str]:
         """The nodes of the processes that run, of those that have reported so far; none that is absent on demand."""
-        running = {process.name for process in self.nodes.processes if process.popen.poll() is None}
-        # The nodes of a group have no process of their own; all of them run until the group ends.
-        grouped = bool(self.processes.groups) and len(running) > 1
-        return {name for name in self.listener.heard_at if grouped or name in running} - self.faults.affected
+        processes = [process.name for process in self.nodes.processes if process.popen.poll() is None]
+        running = {name for process in processes for name in self.processes[process]}
+        return {name for name in self.listener.heard_at if name in running} - self.faults.affected
 
     def silence(self, limit: float) -> str:
         """The nodes that are silent, as the end of an error message."""

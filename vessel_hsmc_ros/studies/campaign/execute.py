@@ -172,7 +172,10 @@ def run_campaign(
 
         report(0.0)
         if missing and scheduler:
-            _compute_on_cluster(scheduler, campaign, dataset, missing, report)
+            # They are written here: the workers need no common file system.
+            for done, (number, content) in enumerate(compute(scheduler, campaign, missing), 1):
+                write_file(dataset.chunk_path(number), content)
+                report(done)
         elif missing:
             tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
             ensure_compiled(_samples(campaign))
@@ -188,12 +191,12 @@ def default_folder(campaign: Campaign) -> Path:
 
 def _samples(campaign: Campaign) -> list[Scenario]:
     """A scenario of every program that the runs need: of each variant, with the observer and without."""
-    bases = campaign.bases.values()
-    return [base.changed({OBSERVER: enabled}) for base in bases for enabled in _observers(campaign, base)]
-
-
-def _observers(campaign: Campaign, base: Scenario) -> tuple[bool, ...]:
-    return (False, True) if campaign.has_ships or OBSERVER in campaign.drawn else (base.controller.observer.enabled,)
+    both, bases = campaign.has_ships or OBSERVER in campaign.drawn, campaign.bases.values()
+    return [
+        base.changed({OBSERVER: enabled})
+        for base in bases
+        for enabled in ((False, True) if both else (base.controller.observer.enabled,))
+    ]
 
 
 def _compute(task: _Task, progress: Callable[[float], None]) -> None:
@@ -201,15 +204,6 @@ def _compute(task: _Task, progress: Callable[[float], None]) -> None:
     campaign = campaign_of(task.source, task.repetitions)
     write_file(Dataset(task.folder).chunk_path(task.number), run_chunk(campaign, task.number, progress))
     progress(1.0)
-
-
-def _compute_on_cluster(
-    scheduler: str, campaign: Campaign, dataset: Dataset, missing: Sequence[int], report: Callable[[float], None]
-) -> None:
-    """Let a cluster compute chunks, and write their files here: the workers need no common file system."""
-    for done, (number, content) in enumerate(compute(scheduler, campaign, missing), 1):
-        write_file(dataset.chunk_path(number), content)
-        report(done)
 
 
 CONNECT_LIMIT = 10.0  # time limit for the connection with the scheduler, s

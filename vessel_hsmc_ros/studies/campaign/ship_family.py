@@ -204,15 +204,11 @@ def _arc(radius: float) -> Curve:
     return Arc(1.0 / radius)
 
 
-def _eight(radius: float) -> Curve:
-    return FigureEight(radius / EIGHT)
-
-
-def _straight(_: float) -> Curve:
-    return Arc(0.0)
-
-
-CURVES: dict[str, Callable[[float], Curve]] = {"figure_eight": _eight, "straight": _straight, "rest": _straight}
+CURVES: dict[str, Callable[[float], Curve]] = {
+    "figure_eight": lambda radius: FigureEight(radius / EIGHT),
+    "straight": lambda _: Arc(0.0),
+    "rest": lambda _: Arc(0.0),
+}
 """The curves of the kinds whose turns are not arcs."""
 
 
@@ -224,10 +220,6 @@ def _make_circle(turn: Turn, _: ShipParameters, __: Scale) -> Made:
 def _make_wide_arc(turn: Turn, hull: ShipParameters, scale: Scale) -> Made:
     mode, changes, _ = _make_circle(turn._replace(radius=WIDE_RADIUS_RATIO * turn.radius), hull, scale)
     return mode, changes, 0.0
-
-
-def _make_straight(turn: Turn, _: ShipParameters, __: Scale) -> Made:
-    return "straight", {"straight.speed": turn.speed, "straight.rise_time": turn.rise_time}, 0.0
 
 
 def _make_eight(turn: Turn, _: ShipParameters, __: Scale) -> Made:
@@ -271,10 +263,6 @@ def _make_survey(turn: Turn, hull: ShipParameters, scale: Scale) -> Made:
     return "lawnmower", changes | {f"motion.{name}": value for name, value in given.items()}, period
 
 
-def _make_rest(_: Turn, __: ShipParameters, ___: Scale) -> Made:
-    return "virtual_ship", {}, 0.0
-
-
 def _drag(hull: ShipParameters, speed: float) -> float:
     """The surge force of a steady speed on a straight line, N."""
     return speed * (hull.surge_damping + speed * (hull.surge_damping_quadratic + speed * hull.surge_damping_cubic))
@@ -287,10 +275,10 @@ def _moment(hull: ShipParameters, turn: Turn) -> float:
 
 MAKERS: dict[str, Callable[[Turn, ShipParameters, Scale], Made]] = {
     "circle": _make_circle,
-    "straight": _make_straight,
+    "straight": lambda turn, _, __: ("straight", {"straight.speed": turn.speed, "straight.rise_time": turn.rise_time}, 0.0),
     "slalom": _make_slalom,
     "figure_eight": _make_eight,
     "arc": _make_wide_arc,
     "survey": _make_survey,
-    "rest": _make_rest,
+    "rest": lambda _, __, ___: ("virtual_ship", {}, 0.0),
 }

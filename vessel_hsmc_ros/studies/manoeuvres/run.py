@@ -33,10 +33,6 @@ class Plan(NamedTuple):
     moored: bool = False  # whether the ship is kept at rest
 
 
-def _turn(ship: Ship) -> Plan:
-    return Plan({"kind": "turning_circle"}, 3.0 * math.pi / ship.turn_rate + SETTLING * ship.time + ship.delay)
-
-
 def _zigzag(ship: Ship, angle_deg: float) -> Plan:
     settings: dict[str, object] = {"kind": "zigzag", "rudder_deg": angle_deg, "switch_heading_deg": angle_deg}
     return Plan(settings, 4.0 * (ship.time + ship.delay + 4.0 / ship.turn_rate))
@@ -47,27 +43,21 @@ def _spiral(ship: Ship) -> Plan:
     return Plan({"kind": "spiral", "steps": SPIRAL_STEPS}, (2 * SPIRAL_STEPS - 1) * hold, hold)
 
 
-def _crash_stop(ship: Ship) -> Plan:
-    return Plan({"kind": "crash_stop"}, 2.0 * ship.time + ship.delay)
-
-
 def _speed_run(ship: Ship) -> Plan:
     hold = SETTLING * ship.time + ship.delay
     return Plan({"kind": "speed_run", "steps": SPEED_STEPS}, SPEED_STEPS * hold, hold)
 
 
-def _bollard_pull(ship: Ship) -> Plan:
-    return Plan({"kind": "bollard_pull"}, ship.time + 2.0 * ship.delay, moored=True)
-
-
 PLANS: dict[str, Callable[[Ship], Plan]] = {
-    "turning_circle": _turn,
+    "turning_circle": lambda ship: Plan(
+        {"kind": "turning_circle"}, 3.0 * math.pi / ship.turn_rate + SETTLING * ship.time + ship.delay
+    ),
     "zigzag_10": lambda ship: _zigzag(ship, 10.0),
     "zigzag_20": lambda ship: _zigzag(ship, 20.0),
     "spiral": _spiral,
-    "crash_stop": _crash_stop,
+    "crash_stop": lambda ship: Plan({"kind": "crash_stop"}, 2.0 * ship.time + ship.delay),
     "speed_run": _speed_run,
-    "bollard_pull": _bollard_pull,
+    "bollard_pull": lambda ship: Plan({"kind": "bollard_pull"}, ship.time + 2.0 * ship.delay, moored=True),
 }
 """The manoeuvres by their names."""
 

@@ -20,10 +20,10 @@ from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
 from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.simulation import offline
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.report import Record
+    from vessel_hsmc_ros.simulation import offline
 
 Progress = Callable[[float], None]
 
@@ -87,13 +87,15 @@ def run_nodes(
     requested_at: float | None = None,
     faults: FaultScript | None = None,
     with_page: bool = True,
+    composed: bool = True,
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
     A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
     namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
-    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default. Returns
-    the result; a failed run is a result with a nonzero exit code. Raises RunError if ROS is not installed.
+    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default.
+    `composed`: whether all nodes share one process where they may. Returns the result; a failed run is a result with a nonzero
+    exit code. Raises RunError if ROS is not installed.
     """
     supervisor = supervisor_module()
     origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
@@ -102,10 +104,16 @@ def run_nodes(
         origin |= {"faults": [fault.describe() for fault in faults.faults]}
     recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
     folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
-    status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection)
+    composed = composed and may_share(scenario, faults)
+    status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection, (), composed)
     result = Result(folder, status.code, status.failure)
     summarise(result, origin, lambda: _evaluate_bag(result, origin, requested_at or _process_start(), with_page))
     return result
+
+
+def may_share(scenario: Scenario, faults: FaultScript | None) -> bool:
+    """Whether the nodes of a run may share a process: in real time one would delay another, and faults act on processes."""
+    return scenario.controller.lockstep and faults is None
 
 
 def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: bool = True, with_page: bool = True) -> Result:
@@ -115,6 +123,8 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     failed run is a result with a nonzero exit code. Raises ScenarioError if the scenario has no duration; RunError if the run
     folder cannot be created, or its parameters cannot be written.
     """
+    from vessel_hsmc_ros.simulation import offline  # a run of the nodes starts without it
+
     origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
     result = Result(make_run_folder(parent, f"{scenario.name}_offline"))  # before the run: a folder is refused at once
@@ -143,7 +153,7 @@ def _note_failure(result: Result, error: Exception) -> None:
     result.exit_code, result.failure = result.exit_code or 1, result.failure or str(error)
 
 
-def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progress) -> None:
+def _run_loop(loop: "offline.ClosedLoop", result: Result, progress: "offline.Progress") -> None:
     """Run a closed loop to its end, to its failure or to an interrupt."""
     started = time.monotonic()
     try:
@@ -155,7 +165,7 @@ def _run_loop(loop: offline.ClosedLoop, result: Result, progress: offline.Progre
     result.facts = {"steps": loop.done, "real_time_factor": loop.time / (time.monotonic() - started)}
 
 
-def _write_bag(loop: offline.ClosedLoop, result: Result, scenario: Scenario) -> None:
+def _write_bag(loop: "offline.ClosedLoop", result: Result, scenario: Scenario) -> None:
     """Write the bag of a closed loop as far as it has come."""
     from vessel_hsmc_ros.bags.run_to_bag import write_bag  # imports the libraries of bags
 

@@ -161,7 +161,7 @@ def _apply(loop: ControlLoop, controller: ControllerParameters, events: Sequence
     """Apply what happened to the controller between two steps; returns its new parameters."""
     # All changes of a request together, as in the node: a limit may depend on another parameter.
     if changes := {name.partition(".")[2]: value for name, value in changed_parameters(events).items()}:
-        controller = schema.build(ControllerParameters, schema.flatten(controller) | changes, "controller")
+        controller = schema.changed(controller, changes, "controller")
         loop.retune(getattr(controller, controller.law))
     commands = loop.supervision
     acts = {"enable": commands.activate, "disable": commands.standby, "stop": commands.stop, "rearm": commands.rearm}

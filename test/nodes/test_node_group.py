@@ -1,5 +1,6 @@
 """Several vessels in one process: when they end, and which of them a failure names."""
 
+import re
 from collections.abc import Callable
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -8,7 +9,7 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.nodes import vessel_group
+from vessel_hsmc_ros.nodes import node_group
 from vessel_hsmc_ros.nodes.process import CANNOT_START, FAILED
 
 
@@ -19,6 +20,10 @@ class Node:
         self.vessel, self.name = vessel, name
         self.finished = self.closed = False
         self.failure = ""
+        self.POLL_PERIOD = 0.0
+
+    def spin(self, running: Callable[[], bool]) -> None:
+        assert not running(), "at its end a node has no time but for what it must"
 
     def get_name(self) -> str:
         return self.name
@@ -47,8 +52,8 @@ class Group:
         self.turns: list[Callable[[], None]] = []
         self.served = 0
         executor = SimpleNamespace(spin_while=self._spin)
-        monkeypatch.setattr(vessel_group, "executor_of", lambda _: nullcontext(executor))
-        monkeypatch.setattr(vessel_group, "spare_collections", lambda: None)
+        monkeypatch.setattr(node_group, "executor_of", lambda _: nullcontext(executor))
+        monkeypatch.setattr(node_group, "spare_collections", lambda: None)
 
     def _spin(self, running: Callable[[], bool]) -> None:
         while running():
@@ -58,7 +63,7 @@ class Group:
 
     def run(self, running: Callable[[], bool] = lambda: True) -> int:
         nodes: Any = list(self.nodes.values())
-        return vessel_group._run(nodes, running)
+        return node_group._run(nodes, running)
 
     def finish(self, vessel: str) -> Callable[[], None]:
         return lambda: setattr(self.nodes[vessel, "vessel_sim"], "finished", True)
@@ -88,7 +93,7 @@ def test_a_failure_is_that_of_the_node_in_whose_callback_it_occurred_and_closes_
     group.turns = [lambda: group.nodes[failing].callback()]
     assert group.run() == FAILED
     failures = {key: node.failure for key, node in group.nodes.items() if node.failure}
-    assert failures == {failing: f"{'/'.join(failing)}: no command came"}
+    assert failures == {failing: "no command came"}
     assert all(node.closed for node in group.nodes.values())
 
 
@@ -97,12 +102,32 @@ def test_a_node_that_fails_at_its_end_keeps_no_other_from_ending(group: Group) -
     setattr(failing, "close", failing.callback)  # noqa: B010 - of another type
     group.turns = [group.finish("alpha"), group.finish("beta")]
     assert group.run() == FAILED
-    assert failing.failure == "alpha/controller: no command came"
+    assert failing.failure == "no command came"
     assert [node.closed for node in group.nodes.values()] == [True, False, True, True]
 
 
+def test_a_middleware_or_a_module_that_is_missing_is_one_line_and_no_start(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def fail(error: Exception) -> Callable[..., Any]:
+        def call(*_: Any, **_options: Any) -> Any:
+            raise error
+
+        return call
+
+    with monkeypatch.context() as patched:
+        patched.setattr(node_group, "_class_of", fail(ModuleNotFoundError("No module named 'mcap'", name="mcap")))
+        assert node_group.main(["alpha/recorder"]) == CANNOT_START
+    assert re.search(r"\[alpha.recorder\]: .*mcap", capfd.readouterr().err)
+    monkeypatch.setattr("rclpy.init", fail(RuntimeError("no such middleware")))
+    assert node_group.main(["alpha/vessel_sim"]) == CANNOT_START
+    error = capfd.readouterr().err
+    assert "cannot start: no such middleware" in error
+    assert "Traceback" not in error
+
+
 def test_a_file_that_cannot_be_read_is_one_line_and_no_start(capfd: pytest.CaptureFixture[str]) -> None:
-    assert vessel_group.main(["vessel_sim", "alpha", "--law-file", "/no/such/law.py"]) == CANNOT_START
+    assert node_group.main(["alpha/vessel_sim", "--law-file", "/no/such/law.py"]) == CANNOT_START
     error = capfd.readouterr().err
     assert "/no/such/law.py" in error
     assert "Traceback" not in error

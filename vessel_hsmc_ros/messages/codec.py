@@ -1,0 +1,188 @@
+"""Serialised messages (CDR) to and from Python, several times faster than rclpy; of numbers, texts and lists of numbers.
+
+rclpy converts element by element, and checks each. Here one `struct` packs a message of given lengths of texts and lists. The
+bytes are those of rclpy. A message that is read is a tuple of tuples with the fields of the type, which cannot be changed.
+"""
+
+import struct
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache, partial
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+from vessel_hsmc_ros.messages.raw import message_class
+
+LITTLE_ENDIAN = b"\0\1\0\0"  # the encapsulation of a serialised message, from whose end alignment counts
+NUMBERS = {
+    "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q",
+    "float": "f", "double": "d",
+}  # fmt: skip
+CODES = {**NUMBERS, "boolean": "?"}  # of single values; rclpy has lists of booleans, unlike of numbers, as lists of Python
+LENGTH, TEXT = "I", "string"
+
+
+class Leaf(NamedTuple):
+    """A field without fields of its own."""
+
+    name: str  # dotted, of the attributes that hold the values: properties cost more than all else
+    code: str  # of `struct`; empty for a text
+    elements: int | None = None  # elements of an array; None for a single value, -1 for a list of any length
+
+    @property
+    def varies(self) -> bool:
+        """Whether its length is part of a message."""
+        return not self.code or self.elements == -1
+
+
+def _leaves(kind: Any, prefix: str = "") -> Iterator[Leaf]:
+    """The leaves of a message type. Raises KeyError for a type with other lists than of numbers, or bounded texts."""
+    for field, name in zip(kind.__slots__, kind.get_fields_and_field_types().values(), strict=False):
+        element, _, count = name.removeprefix("sequence<").rstrip(">]").partition("[")
+        if name == TEXT:
+            yield Leaf(prefix + field, "")
+        elif "/" in name and element == name:
+            package, _, short = name.partition("/")
+            yield from _leaves(message_class(f"{package}/msg/{short}"), f"{prefix}{field}.")
+        elif name.startswith("sequence<"):
+            yield Leaf(prefix + field, NUMBERS[element], -1)
+        elif count:
+            yield Leaf(prefix + field, NUMBERS[element], int(count))
+        else:
+            yield Leaf(prefix + field, CODES[element])
+
+
+def _format(leaves: Sequence[Leaf], lengths: Sequence[int]) -> str:
+    """The format of a message whose texts, with the zero at their ends, and lists have some lengths."""
+    parts, position, given = ["<4s"], 0, iter(lengths)
+
+    def add(code: str, size: int, alignment: int) -> None:
+        nonlocal position
+        gap = -position % alignment
+        parts.append(f"{gap}x{code}" if gap else code)
+        position += gap + size
+
+    for leaf in leaves:
+        size = struct.calcsize(f"<{leaf.code}") if leaf.code else 1
+        count = leaf.elements
+        if leaf.varies:
+            add(LENGTH, 4, 4)
+            count = next(given)
+        if count is None:
+            add(leaf.code, size, size)
+        else:
+            add(f"{count * size}s", count * size, size if count else 1)
+    return "".join(parts)
+
+
+class Encoder:
+    """Serialises messages of a type."""
+
+    def __init__(self, kind: Any) -> None:
+        self._leaves = tuple(_leaves(kind))
+        names = [leaf.name for leaf in self._leaves]
+        self._values: Callable[[Any], Any] = attrgetter(*names)
+        if len(names) == 1:
+            self._values = lambda message: (getattr(message, names[0]),)
+        lists = [(i, leaf) for i, leaf in enumerate(self._leaves) if leaf.varies or leaf.elements is not None]
+        self._lists = [(i, not leaf.code, leaf.varies) for i, leaf in lists]
+        self._formats: dict[tuple[int, ...], struct.Struct] = {}
+
+    def __call__(self, message: Any) -> bytes:
+        """The serialised form of a message."""
+        given: list[Any] = [LITTLE_ENDIAN]
+        values, lengths, done = self._values(message), [], 0
+        for i, text, varies in self._lists:
+            given += values[done:i]
+            value = values[i]
+            data = value.encode() + b"\0" if text else value.tobytes()
+            if varies:
+                length = len(data if text else value)
+                given.append(length)
+                lengths.append(length)
+            given.append(data)
+            done = i + 1
+        key = tuple(lengths)
+        if (made := self._formats.get(key)) is None:
+            made = self._formats[key] = struct.Struct(_format(self._leaves, key))
+        return made.pack(*given, *values[done:])
+
+
+class Decoder:
+    """Reads serialised messages of a type without lists of any length."""
+
+    def __init__(self, kind: Any) -> None:
+        self._leaves = tuple(_leaves(kind))
+        if any(leaf.elements == -1 for leaf in self._leaves):
+            raise KeyError(f"{kind.__name__} has a list of any length")
+        self._texts = [i for i, leaf in enumerate(self._leaves) if leaf.varies]
+        self._arrays = [(i, leaf.code) for i, leaf in enumerate(self._leaves) if leaf.elements is not None]
+        self._groups = list(reversed(_groups(kind, 0)[0]))
+        self._lengths = (0,) * len(self._texts)
+        self._struct = struct.Struct(_format(self._leaves, self._lengths))
+
+    def __call__(self, data: bytes) -> Any:
+        """The message. Raises ValueError if it is not in the order of bytes, or not of the length, that is expected."""
+        if len(data) != self._struct.size or (values := self._read(data)) is None:
+            self._expect(data)
+            if len(data) != self._struct.size or (values := self._read(data)) is None:
+                raise ValueError("of another form")
+        for make, begin, end in self._groups:  # the last and innermost first: what lies before it stays where it is
+            values[begin:end] = (make(values[begin:end]),)
+        return values[0]
+
+    def _read(self, data: bytes) -> list[Any] | None:
+        """The values of the leaves; None if the texts have other lengths."""
+        encapsulation, *values = self._struct.unpack(data)
+        for i, length in zip(self._texts, self._lengths, strict=True):  # the length of a text is followed by the text
+            if values.pop(i) != length:
+                return None
+            values[i] = values[i][:-1].decode()
+        for i, code in self._arrays:
+            values[i] = memoryview(values[i]).cast(code)  # type: ignore[call-overload] # one of CODES
+        return values if encapsulation == LITTLE_ENDIAN else None
+
+    def _expect(self, data: bytes) -> None:
+        """Expect messages with texts as long as in one of them."""
+        lengths: list[int] = []
+        for i in self._texts:
+            known = struct.calcsize(_format(self._leaves[:i], lengths))
+            at = known + -(known - len(LITTLE_ENDIAN)) % 4
+            lengths.append(int.from_bytes(data[at : at + 4], "little"))
+            if not 0 < lengths[-1] <= len(data) - at:
+                raise ValueError("a text is longer than the message")
+        self._lengths, self._struct = tuple(lengths), struct.Struct(_format(self._leaves, lengths))
+
+
+def _groups(kind: Any, begin: int) -> tuple[list[tuple[Callable[[list[Any]], Any], int, int]], int]:
+    """What makes the tuples of a message, each with its place among the values, and the number of leaves up to its end."""
+    fields = kind.get_fields_and_field_types()
+    groups: list[tuple[Callable[[list[Any]], Any], int, int]] = [
+        (partial(tuple.__new__, namedtuple(kind.__name__, fields)), begin, begin + len(fields))
+    ]
+    end = begin
+    for name in fields.values():
+        if "/" in name:
+            package, _, short = name.partition("/")
+            inner, end = _groups(message_class(f"{package}/msg/{short}"), end)
+            groups += inner
+        else:
+            end += 1
+    return groups, end
+
+
+@lru_cache(maxsize=256)
+def encoder(kind: Any) -> Encoder | None:
+    """What serialises messages of a type; None where the type has other lists than of numbers."""
+    try:
+        return Encoder(kind)
+    except KeyError:
+        return None
+
+
+def decoder(kind: Any) -> Decoder | None:
+    """What reads serialised messages of a type; None where the type has lists of any length."""
+    try:
+        return Decoder(kind)
+    except KeyError:
+        return None
