@@ -71,7 +71,6 @@ def main() -> None:
         while not (found := certified(mode, random)):
             none[mode] += 1
         runs += (Run(i, mode, found[1], each) for each in drawn(mode, found[0], arguments.hulls, random))
-    runs = [runs[k] for k in random.permutation(len(runs))]  # so that those of all references are simulated until the time is out
     in_time = (run.scenario for run in runs if time.monotonic() < end)
     with console.status("simulating"):
         outcomes = simulate_many(in_time, workers=None)
