@@ -116,6 +116,7 @@ def test_a_signal_to_the_command_alone_ends_the_run_in_order_with_a_complete_bag
 @FORMS
 def test_a_hanging_node_ends_the_run_and_is_named(start: Any, form: str) -> None:
     command, folder = started(start, form)
+    command.until(lambda: "%" in command.text, 60.0)  # the bag may grow before the command has heard of the nodes
     nodes = nodes_of(command)
     os.kill(nodes.get("controller") or nodes[GROUP], signal.SIGSTOP)
     assert command.wait(60.0) == 1
