@@ -38,7 +38,6 @@ ANSWER_LIMIT, REPEAT_AFTER = 6.0, 2.0
 """Longest wait for a response, s, and the time after which a request is repeated: a response is lost if the server has not
 discovered the client yet."""
 
-
 CONFIRMATION_LIMIT = 2.0  # longest wait for the event that confirms a message, s
 PLANNING_LIMIT = 8.0  # further wait for a path, s, which a busy machine plans slowly; a refusal is known before
 T = TypeVar("T")
