@@ -19,11 +19,9 @@ from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.guidance.motion_filter import MotionLimits
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.guidance.goal import MotionLimits
 
 TRAIL_POINTS = 64  # number of points in which the way behind the reference is kept, up to where its clock stands
 

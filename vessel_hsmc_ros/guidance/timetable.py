@@ -9,15 +9,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.guidance.input_program import passed
-from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.guidance.programs import KernelReference, passed
 
 
 class Timetable(NamedTuple):

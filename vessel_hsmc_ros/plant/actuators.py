@@ -12,9 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put, whole_periods
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import DelayLine, clip, delayed, fill, kernel, put, whole_periods
 from vessel_hsmc_ros.core.schema import parameter
 
 

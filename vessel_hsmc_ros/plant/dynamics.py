@@ -51,8 +51,7 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion, to_body
 from vessel_hsmc_ros.plant.hull_parameters import (
     ShipParameters,

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.delay_line import whole_periods
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import kernel, whole_periods
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import Instants, RateGrid

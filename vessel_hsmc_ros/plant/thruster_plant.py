@@ -16,14 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import between, clip, kernel
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, FIXED, RUDDER, ThrusterLayout
 from vessel_hsmc_ros.plant.actuators import follow
 from vessel_hsmc_ros.plant.dynamics import Wrench
-from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
-from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
+from vessel_hsmc_ros.plant.simulator import PlantConstants, PlantParameters, PlantState, Simulator
 
 
 class Thrusters(NamedTuple):

@@ -13,15 +13,23 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, as_motion, to_body, wrap
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.plant.dynamics import acceleration
 from vessel_hsmc_ros.plant.sensors import Sampling
-from vessel_hsmc_ros.plant.simulator import Simulator
-from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
+from vessel_hsmc_ros.plant.simulator import (
+    PlantConstants,
+    PlantState,
+    Simulator,
+    advance,
+    apply,
+    disturbance,
+    is_finite,
+    measure,
+    shown,
+)
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 

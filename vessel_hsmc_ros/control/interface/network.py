@@ -18,9 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array, add, add_outer, multiply
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, add, add_outer, kernel, multiply
 from vessel_hsmc_ros.core.schema import parameter
 
 LONGEST_LOOP = 32  # longer sums are folded before they are added up one by one

@@ -28,8 +28,7 @@ the nearest to them on the straight way from a mixture of the forces with the le
 import math
 from typing import Any, NamedTuple
 
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.kernel import between, kernel
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED
 
 KIND, X, Y, ANGLE, COSINE, SINE, AHEAD, ASTERN, THRUST_RATE, ANGLE_LIMIT, ANGLE_RATE, LIFT, LIFT_QUADRATIC, SLIPSTREAM = range(14)

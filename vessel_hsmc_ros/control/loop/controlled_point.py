@@ -40,10 +40,9 @@ import math
 from typing import NamedTuple
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.terms import Terms
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.control.interface.law import Terms
+from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Acceleration, Motion, magnitude, wrap
-from vessel_hsmc_ros.core.limits import clip
 
 SPEED, NOISE, MAX_COEFFICIENT = 0.5, 0.1, 0.25
 """Rate of learning in terms of lambda; p0 in terms of lambda; |theta| at most this divided by p0."""
