@@ -109,10 +109,7 @@ class DelayLine(NamedTuple):
 
 
 def delay_line(periods: int, width: int) -> DelayLine:
-    """A line that is empty.
-
-    `periods`: the longest delay, periods. `width`: number of values of a period.
-    """
+    """A line that is empty. `periods`: the longest delay, periods. `width`: number of values of a period."""
     return DelayLine(np.zeros((periods + 1, width)), np.full(1, EMPTY))
 
 
@@ -123,10 +120,7 @@ def whole_periods(delay: float, period: float) -> int:
 
 @kernel
 def put(line: DelayLine, values: Any) -> None:
-    """Write the values of this period in the place of the oldest ones.
-
-    `values`: as many as the line is wide; a tuple.
-    """
+    """Write the values of this period in the place of the oldest ones. `values`: as many as the line is wide; a tuple."""
     i = (line.last[0] + 1) % len(line.rows)
     line.last[0] = i
     for j in range(len(values)):
@@ -144,8 +138,5 @@ def fill(line: DelayLine, values: Any) -> None:
 
 @kernel
 def delayed(line: DelayLine, periods: int, column: int) -> float:
-    """The value of some periods ago.
-
-    `periods`: the delay, 0 for this period.
-    """
+    """The value of some periods ago. `periods`: the delay, 0 for this period."""
     return float(line.rows[(line.last[0] - periods) % len(line.rows), column])

@@ -176,10 +176,7 @@ ORDERS: Array = np.arange(-HIGHEST, HIGHEST + 1.0)
 
 
 class Arc(Curve):
-    """A circle to port, or a straight line if the curvature is zero.
-
-    `curvature`: kappa >= 0, 1/m.
-    """
+    """A circle to port, or a straight line if the curvature is zero. `curvature`: kappa >= 0, 1/m."""
 
     def __init__(self, curvature: float) -> None:
         # A constant curvature has any period.

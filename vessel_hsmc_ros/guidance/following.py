@@ -71,10 +71,7 @@ def demanded_pace(lag: float, waiting: Waiting) -> float:
 
 
 def next_pace(m: PaceMemory, demand: float, T: float, h: float) -> PaceStep:
-    """The exact solution of the two lags over a step with a constant demand.
-
-    `T`: time constant, s. `h`: length of the step, s.
-    """
+    """The exact solution of the two lags over a step with a constant demand."""
     decay, a, s = math.exp(-h / T), m.a - demand, m.s - demand
     # Rounding may leave the range by a last digit.
     after = (min(max(value, 0.0), 1.0) for value in (demand + a * decay, demand + (s + a * h / T) * decay))

@@ -89,10 +89,7 @@ class Filtered(NamedTuple):
 
 
 def filter_of(limits: MotionLimits, vessel: Vessel, period: float, yaw_moment: float = math.inf) -> Filter:
-    """The filter of a hull.
-
-    `period`: length of a step, s. `yaw_moment`: largest yaw moment, N·m; infinite where it is not known.
-    """
+    """The filter of a hull. `yaw_moment`: largest yaw moment, N·m; infinite where it is not known."""
     given = limits.speed, limits.acceleration, limits.yaw_rate, limits.yaw_acceleration
     acceleration = yaw_moment / vessel.m33 if math.isfinite(yaw_moment) else limits.yaw_acceleration / SHARE_OF_MOMENT
     # Runge-Kutta steps longer than twice the shortest time constant would not converge.
@@ -441,8 +438,7 @@ class GoalReference(KernelReference):
     def set_goal(self, x: float, y: float, psi: float, stamp: float | None = None) -> None:
         """Set a goal; goals that follow each other shortly define a moving goal.
 
-        `x`, `y`: position, m. `psi`: heading, rad. `stamp`: time of the measurement, s; None if it is unknown, then the present
-        time counts.
+        `psi`: heading, rad. `stamp`: time of the measurement, s; None if it is unknown, then the present time counts.
         """
         self.memory = set_goal(self.memory, x, y, psi, math.nan if stamp is None else stamp, self.constants)
 

@@ -192,8 +192,7 @@ def program_of(parameters: Any, name: str, owner: str) -> Program:
 def input_value(p: Program, offset: float, time: float) -> float:
     """The input at a time since the start, s.
 
-    `offset`: added to the phase of the sine, rad. `time`: time since the start, s. Returns the sum of its parts, in the unit of
-    the input.
+    `offset`: added to the phase of the sine, rad. Returns the sum of its parts, in the unit of the input.
     """
     sine = p.amplitude * math.sin(p.frequency * time + p.phase + offset)
     begun = passed(p.step_times, time)

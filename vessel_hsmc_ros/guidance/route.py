@@ -90,18 +90,12 @@ class Changes(NamedTuple):
 
 
 def changes_of(acceleration: float, top: float) -> Changes:
-    """The changes of speed of a route.
-
-    `acceleration`: largest magnitude, m/s². `top`: largest speed, m/s.
-    """
+    """The changes of speed of a route. `top`: largest speed, m/s."""
     return Changes(ROUNDING * acceleration * (1.0 - RISE), top)
 
 
 def phases(sections: Sequence[Section], acceleration: float, start: float = 0.0, end: float = 0.0) -> list[Phase]:
-    """The phases of the fastest travel.
-
-    `acceleration`: largest magnitude, m/s². `start`, `end`: speeds at the two ends of the route, m/s.
-    """
+    """The phases of the fastest travel. `start`, `end`: speeds at the two ends of the route, m/s."""
     changes = changes_of(acceleration, max(start, *(section.speed for section in sections)))
     speeds = _at_ends(sections, changes, start, end)
     found = []
@@ -248,10 +242,7 @@ def turn(angle: float, radius: float, transition: float) -> Pieces:
 
 
 class Route:
-    """A plane curve of pieces.
-
-    `start`: position x, y [m] and course at the beginning.
-    """
+    """A plane curve of pieces. `start`: position x, y [m] and course at the beginning."""
 
     def __init__(self, elements: Sequence[Element], start: tuple[float, float, float]) -> None:
         self.elements = tuple(element for element in elements if element.pieces)

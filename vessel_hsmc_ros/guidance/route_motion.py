@@ -73,10 +73,7 @@ class DriftOverTime(NamedTuple):
 
 
 def travel_at(t: Array, route: Route, profile: SpeedProfile) -> Travel:
-    """Where a ship is on a route.
-
-    `t`: times, s.
-    """
+    """Where a ship is on a route. `t`: times, s."""
     s, W, dW = profile.at(t)
     return Travel(s, W, dW, *route.curvature(s))
 
@@ -220,10 +217,7 @@ def motion_along(
 
 
 def timetable(motion: RouteMotion, route: Route, begin: float) -> Timetable:
-    """The motion as a table.
-
-    `begin`: time at which it begins, s.
-    """
+    """The motion as a table. `begin`: time at which it begins, s."""
     travel, drift = motion.travel, motion.drift
     p, chi = route.position(travel.s), route.course(travel.s)
     along = np.exp(1j * chi)

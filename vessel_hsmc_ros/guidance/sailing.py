@@ -194,10 +194,7 @@ def check_straight(name: str, speed: float, vessel: Vessel, limits: TravelLimits
 
 
 def excesses(motion: RouteMotion, limits: TravelLimits, share: float = 1.0) -> list[Excess]:
-    """What a motion takes beyond the limits.
-
-    `motion`: the motion over ground. `share`: of surge force and yaw moment.
-    """
+    """What a motion takes beyond the limits. `motion`: the motion over ground. `share`: of surge force and yaw moment."""
     surge, yaw = motion.inputs(limits.current)
     r, dr, s = motion.velocities.r, motion.velocities.dr, motion.travel.s
     # In the middle between two instants, of the polynomial of the fifth degree that the timetable has there.
@@ -284,10 +281,7 @@ def spot_turn(pose: tuple[float, float, float], target: complex, vessel: Vessel,
 
 
 def halt(motion: Motion, row: Array, vessel: Vessel, limits: TravelLimits) -> Timetable:
-    """Come to rest.
-
-    `row`: the row of a table there, whose acceleration decays. Returns the motion, from the time 0 on.
-    """
+    """Come to rest. `row`: the row of a table there, whose acceleration decays. Returns the motion, from the time 0 on."""
     x, y, psi, u, v, r = motion
     # A yaw rate that is just gathering would be halted in no time, and with no time for its acceleration to decay.
     gathering = RISE * min(1.0, abs(row[8]) / limits.yaw_acceleration) * limits.yaw_rate

@@ -98,10 +98,7 @@ def column(rows: Array, i: int, j: int) -> tuple[float, float, float]:
 
 @kernel
 def motion_at(time: float, table: Timetable) -> tuple[Motion, Acceleration]:
-    """State, and the derivatives of its velocities; before the first and after the last time the ship is at rest.
-
-    `time`: time, s.
-    """
+    """State, and the derivatives of its velocities; before the first and after the last time the ship is at rest."""
     i, last = passed(table.times, time) - 1, len(table.times) - 1
     if i < 0 or i >= last:
         i = 0 if i < 0 else last
@@ -131,10 +128,7 @@ def read(m: TimetableMemory, c: TimetableConstants) -> tuple[Motion, Acceleratio
 
 
 class TimetableReference(KernelReference):
-    """A motion that is known ahead, in discrete time.
-
-    `period`: length of a step, s.
-    """
+    """A motion that is known ahead, in discrete time."""
 
     move, read = staticmethod(move), staticmethod(read)
 

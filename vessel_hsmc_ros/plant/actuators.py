@@ -76,8 +76,7 @@ class Actuator(NamedTuple):
 def actuator(limit: float, rate: float, lag: float, period: float, dead_time: float = 0.0) -> Actuator:
     """The constants of an actuator.
 
-    `rate`: largest rate of change, per second. `lag`: T_l, s. `period`: T, s. `dead_time`: time before a command begins to act,
-    s.
+    `rate`: largest rate of change, per second. `lag`: T_l, s. `dead_time`: time before a command begins to act, s.
     """
     share = 1.0 if lag == 0.0 else -math.expm1(-period / lag)
     return Actuator(limit, rate * period, share, lag == 0.0, whole_periods(dead_time, period))

@@ -158,8 +158,7 @@ def drift_force(time: float, motion: Motion, current: tuple[float, float], sea: 
 def with_waves(time: float, motion: Motion, current: tuple[float, float], sea: Sea) -> Motion:
     """A motion with the first-order wave motion added.
 
-    `time`: time since the start, s. `motion`: motion without waves. `current`: east and north, m/s; the waves are carried by
-    it.
+    `motion`: motion without waves. `current`: east and north, m/s; the waves are carried by it.
     """
     psi = motion.psi
     along, across = math.cos(sea.direction - psi), math.sin(sea.direction - psi)
@@ -262,10 +261,7 @@ class EarthFixedParameters:
         return bool(self.east_force or self.north_force or self.gust_deviation)
 
     def constants(self, period: float, blowing: bool = False) -> "Wind":
-        """The wind in discrete time.
-
-        `period`: period of the plant, s. `blowing`: whether the wind has blown before, so that gusts are left.
-        """
+        """The wind in discrete time. `blowing`: whether the wind has blown before, so that gusts are left."""
         memory = math.exp(-period / self.gust_time_constant)
         innovation = self.gust_deviation * math.sqrt(1.0 - memory**2)
         return Wind(self.east_force, self.north_force, self.lever, memory, innovation, blowing or self.active())
@@ -291,10 +287,7 @@ class Periodic(NamedTuple):
 
 @kernel
 def periodic_wrench(time: float, p: Periodic) -> Wrench:
-    """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t + phase)), in the body frame.
-
-    `time`: time since the start, s.
-    """
+    """The disturbance of section 6.2 as a wrench: (F_u, F_v, N_r)·(1 + sin(w·t + phase)), in the body frame."""
     factor = 1.0 + math.sin(p.frequency * time + p.phase)
     return p.surge_force * factor, p.sway_force * factor, p.yaw_moment * factor
 

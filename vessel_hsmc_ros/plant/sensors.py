@@ -106,10 +106,7 @@ def measurement(motion: Motion, held: Motion, sampled: tuple[bool, bool, bool], 
 
 
 class Sampling:
-    """The instants at which each sensor samples.
-
-    `rates_hz`: sampling rates, 0 for every message.
-    """
+    """The instants at which each sensor samples. `rates_hz`: sampling rates, 0 for every message."""
 
     def __init__(self, rates_hz: tuple[float, float, float]) -> None:
         self._grids = [RateGrid(rate) if rate else None for rate in rates_hz]

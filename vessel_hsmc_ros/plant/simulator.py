@@ -296,10 +296,7 @@ class Simulator:
         return min(self._constants.sensors.late, max(self._measurements - 1, 0))
 
     def disturbance(self, time: float) -> Wrench:
-        """The sum of all disturbing wrenches, N, N, N·m.
-
-        `time`: time since the start, s.
-        """
+        """The sum of all disturbing wrenches, N, N, N·m."""
         return disturbance(time, self._constants, self._state)
 
     def unforced_acceleration(self) -> tuple[float, float, float]:

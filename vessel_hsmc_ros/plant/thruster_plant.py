@@ -53,10 +53,7 @@ class ThrusterState(NamedTuple):
 
 
 def thrusters_of(layout: ThrusterLayout, period: float, sequence: Callable[[list[float]], Any] = tuple) -> Thrusters:
-    """The constants of the thrusters.
-
-    `period`: T, s. `sequence`: what to keep their values in: tuples, or arrays for compiled kernels.
-    """
+    """The constants of the thrusters. `sequence`: what to keep their values in: tuples, or arrays for compiled kernels."""
     each = layout.thrusters()
     rows: list[list[float]] = [
         [t.kind for t in each],
@@ -146,10 +143,7 @@ class ThrusterPlant(Simulator):
 
 
 def make_plant(parameters: PlantParameters, period: float) -> Any:
-    """The plant that parameters describe: driven by thrusters or by a wrench.
-
-    `period`: time between two odometry messages, s.
-    """
+    """The plant that parameters describe: driven by thrusters or by a wrench. `period`: time between two odometry messages, s."""
     return (ThrusterPlant if parameters.by_thrusters else Simulator)(parameters, period)
 
 

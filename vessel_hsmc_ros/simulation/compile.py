@@ -36,10 +36,7 @@ class Program(NamedTuple):
         return f"law {self.law}{' with thrusters' * self.by_thrusters}{' with the observer' * self.observed}"
 
 
-OFTEN = (
-    Program("guided", observed=True),
-    *(Program(law, by_thrusters=True) for law in ("guided", "open_loop")),
-)
+OFTEN = (Program("guided", observed=True), *(Program(law, by_thrusters=True) for law in ("guided", "open_loop")))
 """Programs that are often used, besides each law alone; `init --thrusters` takes the last one."""
 
 MODES = ("course", "goal", "path", "circle")

@@ -135,8 +135,7 @@ def drive_by_thrusters(
 ) -> PlantState:
     """The state of the plant with the wrench that its thrusters give for a command.
 
-    `stamp`: of the command, ns. `wrench`: commanded surge force [N] and yaw moment [N·m]. `surge_speed`: as measured, m/s.
-    `drive`: allocation and thrusters; their states are written.
+    `wrench`: commanded surge force [N] and yaw moment [N·m]. `drive`: allocation and thrusters; their states are written.
     """
     last = drive.last[0]
     elapsed = elapsed_time(stamp, last) if last >= 0 else 0.0

@@ -50,9 +50,8 @@ def hold_command(
 ) -> PlantState:
     """The state after some periods under one command, with the measurement of the last one.
 
-    `times`: starts of the periods, (n,) s. `period`: s. `wrench`: commanded surge force, N, and yaw moment, N·m. `sampled`:
-    whether each sensor samples at the end of a period, (n, 3). `sensor_noise`, `gust_noise`: standard normal numbers, (n, 6) and
-    (n, 2).
+    `times`: starts of the periods, (n,) s. `wrench`: commanded surge force, N, and yaw moment, N·m. `sampled`: whether each
+    sensor samples at the end of a period, (n, 3). `sensor_noise`, `gust_noise`: standard normal numbers, (n, 6) and (n, 2).
     """
     for k in range(len(times)):
         disturbing = acceleration(disturbance(times[k], c, state), c.vessel)

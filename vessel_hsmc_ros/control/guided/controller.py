@@ -63,15 +63,7 @@ from vessel_hsmc_ros.control.interface.actuators import (
 from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.core.kernel import Array, clip, kernel
-from vessel_hsmc_ros.core.kinematics import (
-    TURN,
-    Acceleration,
-    Motion,
-    extrapolate,
-    to_body,
-    tracking_error,
-    transform,
-)
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, extrapolate, to_body, tracking_error, transform
 
 LONGEST_AGE = 2.0  # age of a measurement up to which the motion is predicted over it, s
 LONGEST_ROLL = 12  # number of prediction steps through a delay, however many periods it has
@@ -297,10 +289,7 @@ def outdated(memory: Memory, constants: Constants) -> bool:
 
 
 class GuidedController(KernelLaw[GuidedParameters]):
-    """The law with its internal state.
-
-    `vessel`: the known inertia and limits, and what is declared beyond them.
-    """
+    """The law with its internal state. `vessel`: the known inertia and limits, and what is declared beyond them."""
 
     name = "guided"
     takes_age = True

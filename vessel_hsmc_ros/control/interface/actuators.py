@@ -151,8 +151,7 @@ def dynamics(vessel: KnownVessel) -> Dynamics:
 def _input(lag: float, rate: float, dead_time: float, limit: float, assumed: float, T: float) -> Input:
     """What the law takes an input for.
 
-    `lag`, `rate`, `dead_time`: as declared, negative where they are not. `assumed`: lag where it is not declared, s. `T`: unit
-    of time, s.
+    `lag`, `rate`, `dead_time`: as declared, negative where they are not. `assumed`: lag where it is not declared, s.
     """
     if lag < 0.0:
         # A lag that is not known is not led against: what is missing may be a dead time, and lead against that oscillates.
@@ -334,8 +333,7 @@ def _advance(
 ) -> None:
     """Advance a model by an interval.
 
-    `row`: of the model, in place. `arriving`: the command that arrives, divided by the inertia. `known`: 0 as
-    long as y and z are not known, otherwise 1.
+    `arriving`: the command that arrives, divided by the inertia. `known`: 0 as long as y and z are not known, otherwise 1.
     """
     before = row.tolist()
     last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
@@ -350,10 +348,7 @@ def _advance(
 
 @kernel
 def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
-    """The band-pass filter: two lags, and a high-pass.
-
-    `row`: array with its states, in place.
-    """
+    """The band-pass filter: two lags, and a high-pass. `row`: array with its states, in place."""
     states = row.tolist()
     one = states[first] + c.low * (value - states[first])
     two = states[first + 1] + c.low * (one - states[first + 1])
@@ -364,10 +359,7 @@ def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
 
 @kernel
 def unexplained(row: Array, measured: Array, unit: float) -> float:
-    """J of a model with its best b and d.
-
-    `row`: of the model. `measured`: means of y², z², y·z. `unit`: T, s.
-    """
+    """J of a model with its best b and d. `measured`: means of y², z², y·z."""
     means, products = measured.tolist(), row.tolist()
     yy, zz, yz = means[0], means[1], means[2]
     xx, xy, xz = products[5] + 1e-30, products[6], products[7]

@@ -233,10 +233,7 @@ def known_ship(vessel: KnownVessel, model: KnownDamping) -> Ship:
 
 @kernel
 def drag(velocity: float, linear: float, quadratic: float, cubic: float) -> float:
-    """The damping force d·v + d2·|v|·v + d3·v³.
-
-    `velocity`: surge, sway or yaw velocity.
-    """
+    """The damping force d·v + d2·|v|·v + d3·v³. `velocity`: surge, sway or yaw velocity."""
     return velocity * (linear + quadratic * abs(velocity) + cubic * velocity * velocity)
 
 

@@ -63,9 +63,7 @@ class CourseLawParameters:
     switching_gain: float = gain(0.001, "Switching gain of the law (21).", "rad/s²", "eta")
     adaptation_gain: float = gain(0.001, "Adaptation gain of the network for f_r (29).", "1/s", "gamma")
     switching: str = parameter(
-        "sgn",
-        "Switching function of the law: sgn as printed, saturation with a boundary layer, or tanh.",
-        choices=SWITCHING,
+        "sgn", "Switching function of the law: sgn as printed, saturation with a boundary layer, or tanh.", choices=SWITCHING
     )
     boundary_layer: float = layer("Boundary layer of the heading surface; not used with sgn.", "rad/s", "phi")
     surge_force: float = thrust()
@@ -213,10 +211,7 @@ class PdTerms(NamedTuple):
 def pd_step(
     motion: Motion, desired: Motion, acceleration: Acceleration, m: PdMemory, g: PdGains
 ) -> tuple[tuple[float, float], PdTerms, PdMemory]:
-    """The wrench for the present errors.
-
-    `m`: internal state, returned unchanged.
-    """
+    """The wrench for the present errors. `m`: internal state, returned unchanged."""
     z3e, dz3e = wrap(motion.psi - desired.psi), motion.r - desired.r
     # The moment that moves a ship with linear damping along the desired heading without any error.
     feedforward = g.m33 * acceleration.dr + g.d_r * desired.r

@@ -146,9 +146,7 @@ class HierarchicalPrintedParameters:
         choices=("constant", "switched"),
     )
     switching: str = parameter(
-        "sgn",
-        "Switching function of both laws: sgn as printed, saturation with a boundary layer, or tanh.",
-        choices=SWITCHING,
+        "sgn", "Switching function of both laws: sgn as printed, saturation with a boundary layer, or tanh.", choices=SWITCHING
     )
     yaw_boundary_layer: float = layer("Boundary layer of the yaw surface; not used with sgn.", "rad/s", "phi1")
     surge_boundary_layer: float = layer("Boundary layer of the surge surface; not used with sgn.", "m/s", "phi2")

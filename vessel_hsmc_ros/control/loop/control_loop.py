@@ -50,17 +50,11 @@ class Watch:
             monitor.reset()
 
     def step(
-        self,
-        command: tuple[float, float],
-        motion: Motion,
-        observer: Observer | None,
-        period: float,
-        measured: tuple[int, Motion],
+        self, command: tuple[float, float], motion: Motion, observer: Observer | None, period: float, measured: tuple[int, Motion]
     ) -> Reason:
         """Watch a control period; returns the reason of the first monitor that demands the safe action.
 
-        `command`: the last command, N and N·m. `period`: s. `measured`: time of the latest measurement, ns, and the motion as
-        measured.
+        `command`: the last command, N and N·m. `measured`: time of the latest measurement, ns, and the motion as measured.
         """
         self._moving.step(command, (motion.u, motion.r), period)
         self._saturation.step(command, period)
@@ -301,11 +295,7 @@ class ControlLoop:
         self._command(None, reason)
 
     def _command(
-        self,
-        demand: tuple[float, float] | None,
-        reason: Reason,
-        motion: Motion | None = None,
-        inputs: Inputs | None = None,
+        self, demand: tuple[float, float] | None, reason: Reason, motion: Motion | None = None, inputs: Inputs | None = None
     ) -> None:
         """Command the law's wrench or what takes its place, and keep it."""
         fallback = self.fallback.step(inputs, self.supervision.wants_fallback) if self.fallback else None

@@ -143,10 +143,7 @@ ORIGIN = ControlledPoint(0.0, 1.0, 0.0, 1.0, 1.0)  # no other point than the ori
 
 @kernel
 def position(desired: Motion, acceleration: Acceleration, p: ControlledPoint) -> tuple[float, float]:
-    """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx.
-
-    `acceleration`: derivatives of its body velocities.
-    """
+    """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx. `acceleration`: derivatives of its body velocities."""
     s = magnitude(desired.u, desired.v) / p.U_0
     if s >= 1.0:
         return p.x_p, 0.0

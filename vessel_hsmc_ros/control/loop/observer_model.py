@@ -394,10 +394,7 @@ def pass_waves(M: Array, dt: float, m: Model) -> None:
 
 @kernel
 def propagate_covariance(x: Array, P: Array, dt: float, m: Model) -> None:
-    """P <- F·P·Fᵀ in place, with the Jacobian F of `propagate` at x.
-
-    `P`: their covariance, symmetric. `dt`: time step, s.
-    """
+    """P <- F·P·Fᵀ in place, with the Jacobian F of `propagate` at x. `P`: their covariance, symmetric."""
     if m.waves:
         pass_waves(P, dt, m)
         pass_waves(P.T, dt, m)

@@ -198,9 +198,8 @@ class FenceGuard(Monitor):
     ) -> Reason:
         """Watch a control period; returns FENCE while the law's own wrench must not be commanded.
 
-        `motion`: of the vessel. `force`: surge force of the last command, N. `age`: of the measurement, s. `water`: as the law
-        observes it; None for what it was before, and for the declared current, from anywhere, where it never does. `reference`:
-        where the law would go. `period`: s.
+        `motion`: of the vessel. `force`: surge force of the last command, N. `water`: as the law observes it; None for what it
+        was before, and for the declared current, from anywhere, where it never does. `reference`: where the law would go.
         """
         acting = self._acting(force / self._authority.inertia[0], math.copysign(1.0, motion.u), period)
         self._water = self._water if water is None else Water(*water)

@@ -200,10 +200,7 @@ class Velocities(Monitor):
         self._begin()
 
     def step(self, stamp: int, motion: Motion, period: float) -> Alarm:
-        """Watch a control period.
-
-        `stamp`: time of the measurement, ns; that of the last call where there is no new one. `period`: s.
-        """
+        """Watch a control period. `stamp`: time of the measurement, ns; that of the last call where there is no new one."""
         if self._last is None or not 0 <= stamp - self._last[0] <= GAP:
             self._begin()
             self._last = stamp, motion

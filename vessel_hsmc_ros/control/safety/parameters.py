@@ -78,11 +78,7 @@ class FreshnessParameters:
     )
     frames_checked: bool = parameter(True, "Refuse messages whose frames are not those of the node, frame_prefix included.")
     covariance_limit: float = parameter(
-        math.inf,
-        "Largest variance of x and y, in the covariance of the pose; inf: no bound.",
-        unit="m²",
-        low=0.0,
-        high=math.inf,
+        math.inf, "Largest variance of x and y, in the covariance of the pose; inf: no bound.", unit="m²", low=0.0, high=math.inf
     )
 
 
@@ -140,8 +136,7 @@ class MonitorParameters:
     )
     velocity_safe: float = delay("The same before the safe action; inf: never.", 4.0)
     heading_warning: float = delay(
-        "Time for which the heading contradicts the courses of a ship, by more than noise and current, before a warning.",
-        5.0,
+        "Time for which the heading contradicts the courses of a ship, by more than noise and current, before a warning.", 5.0
     )
     heading_safe: float = delay("The same before the safe action; inf: never.", 15.0)
 

@@ -83,8 +83,7 @@ class Freshness:
     def accept(self, sample: Sample, now: int, received: int) -> Reason:
         """Take a sample, or refuse and count it.
 
-        `now`: ROS time, ns. `received`: time of its receipt, ns, on the clock of `overdue`. Returns NONE if it is taken, else
-        why it is refused.
+        `received`: time of its receipt, ns, on the clock of `overdue`. Returns NONE if it is taken, else why it is refused.
         """
         reason = self._check(sample, now)
         if reason:
@@ -194,10 +193,7 @@ class Jumps:
         self.held = 0
 
     def check(self, stamp: int, motion: Motion) -> Verdict:
-        """Judge a sample by the last one taken.
-
-        `stamp`: ns, later than that of the last sample. `motion`: finite.
-        """
+        """Judge a sample by the last one taken. `stamp`: ns, later than that of the last sample. `motion`: finite."""
         fix = _Fix(stamp, motion)
         if self._taken is None or self._follows(self._taken, fix):
             self._take(fix)

@@ -41,10 +41,7 @@ def towards(previous: Pair, demand: Pair, rates: Pair, period: float) -> Pair:
     `previous`, `demand`: finite commands, N and N·m. `rates`: largest changes per second. `period`: time since the previous
     command, s.
     """
-    return (
-        _moved(previous[0], demand[0], rates[0] * period),
-        _moved(previous[1], demand[1], rates[1] * period),
-    )
+    return (_moved(previous[0], demand[0], rates[0] * period), _moved(previous[1], demand[1], rates[1] * period))
 
 
 def _moved(start: float, end: float, change: float) -> float:
