@@ -19,6 +19,7 @@ from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.node_list import CONTROLLER, GROUP, RECORDER, taking_part
 from vessel_hsmc_ros.nodes.entry_points import end_on_interrupt
+from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 STOP_LIMIT = 8.0  # time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines
@@ -92,8 +93,8 @@ class Fork(ForkProcess):
 
 
 def can_fork() -> bool:
-    """Whether this process can be forked: a middleware that has run in it leaves threads, which name themselves."""
-    return len({thread.read_text() for thread in Path("/proc/self/task").glob("*/comm")}) == 1
+    """Whether this process can be forked: the middleware, whose threads name themselves, has not run in it."""
+    return not StatusListener.created and len({thread.read_text() for thread in Path("/proc/self/task").glob("*/comm")}) == 1
 
 
 @dataclass(frozen=True)
