@@ -72,6 +72,11 @@ class Fork(ForkProcess):
             self.start()
 
     @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self.ident or 0
+
+    @property
     def returncode(self) -> int | None:
         """Its exit code, None while it runs."""
         return self.exitcode
@@ -88,7 +93,7 @@ class Fork(ForkProcess):
 
     def send_signal(self, number: int) -> None:
         """Send a signal to it, if it runs."""
-        if self.exitcode is None and self.pid:
+        if self.exitcode is None:
             os.kill(self.pid, number)
 
 
