@@ -70,14 +70,11 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(
     assert str(small_disk) in line
 
 
-def test_a_simulation_whose_bag_does_not_fit_reports_no_complete_bag(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], small_disk: Path
-) -> None:
-    monkeypatch.setattr("sys.argv", ["vessel-hsmc", "simulate", "case2_tracking", "--output", str(small_disk)])
-    assert exit_code() == 1
-    shown = "".join(capsys.readouterr())
+def test_a_simulation_whose_bag_does_not_fit_reports_no_complete_bag(start: Start, small_disk: Path) -> None:
+    command = start("vessel-hsmc", "simulate", "case2_tracking", "--output", small_disk)
+    assert command.wait() == 1
     folder = run_folder(small_disk)
     assert folder
-    assert f"error: bag {folder / 'bag'} cannot be written: {NO_SPACE}" in shown
-    assert "bag is complete" not in shown
-    assert f"vessel-hsmc recover {folder / 'bag'}" in shown
+    assert f"error: bag {folder / 'bag'} cannot be written: {NO_SPACE}" in command.text
+    assert "bag is complete" not in command.text
+    assert f"vessel-hsmc recover {folder / 'bag'}" in command.text
