@@ -71,7 +71,7 @@ def test_a_campaign_that_was_killed_goes_on_without_losing_or_repeating_a_row(
         "2",
     ]
     first = start("vessel-hsmc", *arguments)
-    first.until(at_least(tmp_path / "out", 3))
+    first.until(at_least(tmp_path / "out", 3), 240.0)  # where a kernel has to be compiled first
     first.popen.send_signal(signal.SIGKILL)
     first.popen.wait(60.0)
     before = {path.name: path.stat().st_mtime_ns for path in Dataset(tmp_path / "out").files()}
