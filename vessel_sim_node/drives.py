@@ -23,7 +23,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
-from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing
+from vessel_hsmc_ros.nodes.commands import CommandInput, is_nothing
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.plant.dynamics import Wrench
 

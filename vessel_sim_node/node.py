@@ -14,8 +14,8 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 from vessel_hsmc_ros.nodes.pace import Pace
-from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.hull_check import bounded
 from vessel_hsmc_ros.plant.simulator import Simulator

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from vessel_hsmc_ros.boats.mavlink_messages import Pulses
+from vessel_hsmc_ros.boats.autopilot import Pulses
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.thruster_layout import FIXED

@@ -11,15 +11,14 @@ from std_msgs.msg import Float64, UInt16
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.parameters import DriveParameters
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.boats.takeover import StopLatch
 from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import NO_COMMAND, Command, CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite, is_finite
+from vessel_hsmc_ros.nodes.commands import NO_COMMAND, Command, CommandInput, finite, is_finite
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
 

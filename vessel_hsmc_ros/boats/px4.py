@@ -8,20 +8,17 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from px4_msgs.msg import OffboardControlMode, RoverSteeringSetpoint, RoverThrottleSetpoint, VehicleOdometry, VehicleStatus
 
-from vessel_hsmc_ros.boats import px4_messages as px4
-from vessel_hsmc_ros.boats.autopilot_parameters import Px4Parameters
-from vessel_hsmc_ros.boats.handover import FAILSAFE, Handover
-from vessel_hsmc_ros.boats.mavlink_messages import BootClock
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.boats.takeover import Takeover
+from vessel_hsmc_ros.boats import autopilot as px4
+from vessel_hsmc_ros.boats.autopilot import FAILSAFE, BootClock, Handover
+from vessel_hsmc_ros.boats.parameters import Px4Parameters
+from vessel_hsmc_ros.boats.takeover import StopLatch, Takeover
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.transforms import transform_publisher
+from vessel_hsmc_ros.nodes.commands import CommandInput, finite
+from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 
 RATE = 50.0  # rate of VehicleOdometry that the deadline of the odometry is offered for, Hz
 MICROSECOND = 1000  # in nanoseconds, the unit of time here; PX4 counts in microseconds

@@ -7,13 +7,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.boats.parameters import WatchdogParameters
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.boats.takeover import StopLatch
 from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite
+from vessel_hsmc_ros.nodes.commands import Command, CommandInput, finite
 
 
 class WatchdogNode(VesselNode):

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import GoalError, RefusalError
 from vessel_hsmc_ros.core.fence import fence_of, leaving
 from vessel_hsmc_ros.guidance.polyline import THROUGH, Waypoint
 from vessel_hsmc_ros.guidance.scheduled import NONE, Point
-from vessel_hsmc_ros.nodes.action_messages import Way
+from vessel_hsmc_ros.nodes.actions import Way
 
 FIRST_LEAD, LONGER = 0.5, 2.0
 """Time from the beginning of the planning to that of the path, s, and its factor after each plan that came too late."""

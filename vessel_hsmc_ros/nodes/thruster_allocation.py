@@ -13,8 +13,7 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
-from vessel_hsmc_ros.nodes.command_output import is_finite
+from vessel_hsmc_ros.nodes.commands import Command, CommandInput, is_finite, is_nothing, nothing
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 

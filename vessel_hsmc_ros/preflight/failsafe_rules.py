@@ -8,7 +8,7 @@ geofence_params.yaml. A parameter that has not come is not shown, and never OK.
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
-from vessel_hsmc_ros.boats.failsafe_parameters import ARDUPILOT, NAMES, PX4
+from vessel_hsmc_ros.boats.autopilot import ARDUPILOT, NAMES, PX4
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Autopilot, Connection, Finding
 
 Verdict = tuple[str, str]  # a level, and what the value means and what to set

@@ -24,7 +24,7 @@ from vessel_hsmc_ros.messages.state_columns import columns_of_messages
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
-from vessel_hsmc_ros.nodes.command_input import NO_COMMAND
+from vessel_hsmc_ros.nodes.commands import NO_COMMAND
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 from vessel_hsmc_ros.preflight.connection import Connection, Endpoint, Role, Topic
 from vessel_hsmc_ros.preflight.expected import Names, connection_of, values_of

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.control.safety.monitors import SLOW_SPEED, Compared, explai
 from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
-from vessel_hsmc_ros.preflight.measured_motion import (
+from vessel_hsmc_ros.preflight.samples import (
     BLOCK,
     Samples,
     along_hull,

@@ -13,8 +13,8 @@ import numpy as np
 from vessel_hsmc_ros.preflight.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
 from vessel_hsmc_ros.preflight.failsafe_rules import judge_failsafes
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
+from vessel_hsmc_ros.preflight.samples import clock_step, judge_stamps
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs
-from vessel_hsmc_ros.preflight.stamp_rules import clock_step, judge_stamps
 
 LEAST_RATE = 5.0  # rate of the state down to which the loop steers, Hz (benchmarks/boats.py)
 STATE = ("x", "y", "psi", "u", "v", "r", "latitude", "longitude", "value")  # the columns that must be finite
