@@ -17,7 +17,7 @@ from vessel_hsmc_ros.control.safety.samples import Freshness
 from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, InputMonitor
-from vessel_hsmc_ros.nodes.controller_timer import RealTime
+from vessel_hsmc_ros.nodes.controller_timing import RealTime
 
 
 @settings(max_examples=250)
