@@ -237,7 +237,8 @@ class CommandingNode(ManagedNode):
     @property
     def starts(self) -> bool:
         """Whether the law is still to begin by itself, in real time."""
-        return not self._begun and self.parameters.start_enabled and not self.parameters.lockstep and not self._unfit
+        p = self.parameters
+        return bool(p.start_enabled and not (self._begun or p.lockstep or self._unfit))
 
     def has_consumer(self) -> bool:
         """Whether a node takes the command."""
