@@ -242,7 +242,7 @@ class CommandingNode(ManagedNode):
 
     def has_consumer(self) -> bool:
         """Whether a node takes the command."""
-        return self._command_out.get_subscription_count() > self._commanding.watching
+        return bool(self._command_out.get_subscription_count() > self._commanding.watching)
 
     def second_publisher(self) -> bool:
         """Whether another node commands as well."""
