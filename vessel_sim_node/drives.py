@@ -161,10 +161,7 @@ class WrenchDrive:
             self._on_answer(message)
 
     def _on_answer(self, message: WrenchStamped) -> None:
-        """Lockstep: take the command of the present step, or the message that there is none.
-
-        Raises SimulationError if there is none, or it is refused, and the run cannot go on without it.
-        """
+        """Lockstep: take the command of the present step, or the message that there is none."""
         # A command with another stamp belongs to another step and must not advance this one.
         answers = conversions.nanoseconds(message.header.stamp) == self._node.stamp and self.answer is None
         if is_nothing(message):

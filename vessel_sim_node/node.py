@@ -210,10 +210,7 @@ class VesselSimNode(VesselNode):
             self._finish_step(command)
 
     def _check_lockstep(self) -> None:
-        """Lockstep: end the run when the command for the present step is overdue.
-
-        Raises SimulationError if no command was received within the time-out, or another plant of the fleet has ended.
-        """
+        """Lockstep: end the run when the command for the present step is overdue."""
         if self._fleet and self._fleet.waiting:
             if lost := self._fleet.lost():
                 raise SimulationError(

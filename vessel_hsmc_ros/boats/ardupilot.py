@@ -83,12 +83,9 @@ class Physics:
     """The ship of a scenario, which sends a state for the outputs of each frame.
 
     A frame with the next number advances the ship by a period; one that is repeated is answered again; a number that goes back
-    is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has
-    sensors of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of
-    skid steering, left and right.
-
-    Raises:
-        ParameterError: the number of outputs does not fit, or a thruster turns.
+    is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has sensors
+    of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of skid
+    steering, left and right.
 
     Attributes:
         time: Time of the physics, s.
@@ -160,7 +157,7 @@ class Physics:
 def serve(physics: Physics, address: tuple[str, int], duration: float, report: Callable[[str], None]) -> None:
     """Answer the frames that come to an address until the physics has reached a time.
 
-    `duration`: time after which it ends, s; 0: never. Raises RunError if the port is in use.
+    `duration`: time after which it ends, s; 0: never.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
         try:

@@ -27,9 +27,6 @@ class Link:
     """A connection to the autopilot of a system.
 
     `target`: system of the autopilot; 0: the first one whose heartbeat is heard.
-
-    Raises:
-        RunError: the connection cannot be opened.
     """
 
     def __init__(self, address: str, baud: int, system: int, target: int) -> None:

@@ -16,11 +16,7 @@ from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command
 
 @dataclass(frozen=True)
 class PulseParameters:
-    """Thrusters, deadband and measured curve of the speed controllers.
-
-    Raises:
-        ParameterError: the curve is none, a sign is missing, or a thruster is named twice.
-    """
+    """Thrusters, deadband and measured curve of the speed controllers."""
 
     thrusters: tuple[str, ...] = parameter(
         ("port", "starboard"), "Names of the thrusters, whose thrusts thruster_allocation commands."
@@ -273,11 +269,7 @@ class MavlinkParameters(CommonParameters):
     vessel: DrivenThrusters = group(DrivenThrusters)
 
     def __post_init__(self) -> None:
-        """Check the lists against each other.
-
-        Raises ParameterError if pulse widths do not increase, thrusters and channels do not fit each other, or of the numbers
-        of channels or outputs one is given twice or not whole.
-        """
+        """Check the lists against each other."""
         for name in ("pulses", "radio_range"):
             values = getattr(self, name)
             if list(values) != sorted(set(values)):

@@ -46,9 +46,6 @@ class World:
 
     As in Gazebo, a thruster holds its last thrust and angle.
 
-    Raises:
-        ParameterError: the vessel has no thrusters.
-
     Attributes:
         steps: Number of steps since the start.
         error, mean: Pose error of the last step, and its mean, m.

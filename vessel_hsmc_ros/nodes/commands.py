@@ -64,8 +64,7 @@ class CommandInput:
     def take(self, message: WrenchStamped) -> bool:
         """Take a command, or refuse it with a reason in the log.
 
-        Returns whether it was taken. Raises SimulationError if it is refused in lockstep, where the run cannot go on without
-        it.
+        Returns whether it was taken.
         """
         now, received = self._times()
         wrench = conversions.read_wrench(message)

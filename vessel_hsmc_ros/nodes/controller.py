@@ -92,10 +92,7 @@ class ControllerNode(CommandingNode):
     # -- what a person commands ---------------------------------------------------------------------------------------
 
     def configure(self) -> None:
-        """Make the control loop anew where parameters have been set since it was made; a stop stays latched.
-
-        Raises VesselHsmcError if the law cannot be made with them.
-        """
+        """Make the control loop anew where parameters have been set since it was made; a stop stays latched."""
         if not self._outdated:
             return
         p, stopped = self.parameters, self.loop.supervision.operation is Operation.STOPPED
@@ -111,11 +108,7 @@ class ControllerNode(CommandingNode):
         self.get_logger().info(f"configured: {self.describe()}")
 
     def begin(self) -> None:
-        """Let the law command.
-
-        Raises RefusalError if an input, a consumer or a command of a person is missing, the vessel is not described, or the
-        reference is too far away; with the reason.
-        """
+        """Let the law command."""
         if problem := self._unfit or ("" if self.parameters.lockstep else self.inputs.distance_problem()):
             raise RefusalError(problem)
         if refused := self.loop.supervision.activate(self._steps.ready()):
@@ -165,10 +158,7 @@ class ControllerNode(CommandingNode):
         super().close()
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured.
-
-        Raises ParameterError if the law rejects the gains, for instance because they are unstable at its rate.
-        """
+        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured."""
         if self.lifecycle == "unconfigured" and not parameters.lockstep:
             make_control_loop(parameters)
             self._outdated = True

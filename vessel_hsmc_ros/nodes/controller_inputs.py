@@ -334,8 +334,8 @@ class ControllerInputs:
         """Serve a control period: run the law on the latest odometry and the reference of its time, or else the safe action.
 
         `now`: ROS time, ns. `received_now`: present time on the clock of receipts, ns. `elapsed`: time of the step as the
-        control loop counts it, ns. `reason`: why the law must not command; NONE if it may. Returns the terms of the law; None
-        if it has not run. Raises LawError if the code of the law failed.
+        control loop counts it, ns. `reason`: why the law must not command; NONE if it may. Returns the terms of the law; None if
+        it has not run.
         """
         missing = self.monitor.overdue(now, received_now) or self._held_out(now)
         if missing or self._measured is None or self._desired is None:

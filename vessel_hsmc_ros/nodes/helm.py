@@ -67,8 +67,7 @@ class PathPlanning:
     def take(self) -> Sequence[Any]:
         """Let the reference follow the plan that is due.
 
-        Returns the waypoints; none where the plan came too late and is made again. Raises GoalError if the path cannot be
-        sailed.
+        Returns the waypoints; none where the plan came too late and is made again.
         """
         plan, self._plan = self._plan, None
         assert plan is not None  # noqa: S101 - due
@@ -138,10 +137,7 @@ class Helm:
         self._ship.held = False
 
     def require_free(self, points: Sequence[Point]) -> None:
-        """Refuse goals and paths of other programs like those of actions.
-
-        Raises GoalError while none is taken, or with the leg and the distance of one that leaves the fence.
-        """
+        """Refuse goals and paths of other programs like those of actions."""
         if why := self._node.actions.tasks.blocked:
             raise GoalError(why)
         self._require_within(points)

@@ -26,7 +26,7 @@ def transform_of(odometry: Odometry) -> TransformStamped:
 def transform_publisher(node: VesselNode) -> Callable[[Odometry], None]:
     """A function that publishes the transform of odometry on /tf; without `publish_tf` it does nothing.
 
-    `node`: which declares the parameter `publish_tf`. Raises InstallationError if tf2_msgs is not installed.
+    `node`: which declares the parameter `publish_tf`.
     """
     if not node.parameters.publish_tf:
         return lambda _: None

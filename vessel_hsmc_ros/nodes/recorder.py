@@ -28,9 +28,6 @@ class TopicChoice:
 
     `names`: full names of topics. `regex`: select topics whose full name matches it; empty for none. `exclude`: regular
     expression of topics that `everything` and `regex` do not select; empty for none.
-
-    Raises:
-        ParameterError: `regex` or `exclude` is not a valid regular expression.
     """
 
     names: Sequence[str]

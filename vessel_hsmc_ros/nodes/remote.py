@@ -99,10 +99,7 @@ class Remote:
         return sorted({f"{namespace.rstrip('/')}/{name}" for name, namespace in names if not name.startswith("_")})
 
     def require(self, *names: str) -> None:
-        """Wait until nodes of the vessel are in the ROS graph.
-
-        Raises RunError if one is not found in time; the message names the nodes that were found.
-        """
+        """Wait until nodes of the vessel are in the ROS graph."""
 
         def missing() -> list[str]:
             there = self.nodes()
@@ -112,10 +109,7 @@ class Remote:
             raise RunError(self._not_found(missing()))
 
     def connect(self, services: Sequence[Service]) -> list[Client]:
-        """Clients of services that are all ready, so that a call of several nodes reaches all of them or none.
-
-        Raises RunError if a node or its service is not found in time.
-        """
+        """Clients of services that are all ready, so that a call of several nodes reaches all of them or none."""
         self.require(*(service.node for service in services))
         names = [f"{self.name(service.node)}/{service.name}" for service in services]
         clients = [self.node.create_client(service.kind, name) for service, name in zip(services, names, strict=True)]
@@ -138,7 +132,7 @@ class Remote:
 
         `topic`: relative to the vessel's namespace. `reader`: the node that has to receive it and confirms it by an event.
         `patience`: further wait for the event if the node does not report a problem, s. Returns the text of the event; empty if
-        none was received in time. Raises RunError if the node does not subscribe to the topic, or refuses the message.
+        none was received in time.
         """
         events: list[Event] = []
         statuses: dict[str, DiagnosticStatus] = {}
@@ -201,10 +195,7 @@ class Change(NamedTuple):
 
 
 def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str, Any]:
-    """Values of some parameters of a node; None for those that it does not have.
-
-    Raises RunError if the node is not found, or does not respond.
-    """
+    """Values of some parameters of a node; None for those that it does not have."""
     lister, getter = remote.connect(
         [Service(node, "list_parameters", ListParameters), Service(node, "get_parameters", GetParameters)]
     )
@@ -219,8 +210,7 @@ def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str,
 def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Change]:
     """Change parameters of running nodes. All are checked first, and those of one node are changed together or not at all.
 
-    `changes`: new values by `node.parameter`. Returns old and new values. Raises ParameterError if a parameter is unknown, is
-    set at the start only, or a value is not allowed; RunError if a node is not found, or does not respond.
+    `changes`: new values by `node.parameter`. Returns old and new values.
     """
     by_node: dict[str, dict[str, object]] = {}
     for key, value in changes.items():
@@ -262,10 +252,7 @@ def _checked(remote: Remote, node: str, values: Mapping[str, object]) -> list[Pa
 
 
 def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parameter:
-    """A parameter with a new value.
-
-    Raises ParameterError if it is read-only, or the value has the wrong type or is out of range.
-    """
+    """A parameter with a new value."""
     name = f"{node}.{descriptor.name}"
     if descriptor.read_only:
         start = f"start it with --set {name}={value}"
@@ -304,8 +291,7 @@ Pose = tuple[float, float, float]  # x, y, heading
 def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
     """Send a goal; returns a line that confirms it.
 
-    `heading`: None for the bearing of the goal from where the reference is now. Raises RunError if there is no reference node,
-    or it takes no goals, or refuses this one.
+    `heading`: None for the bearing of the goal from where the reference is now.
     """
     frame = frame_of(remote, "goal")
     message = pose_message((x, y, bearing(remote, x, y) if heading is None else heading), frame)
@@ -313,10 +299,7 @@ def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
 
 
 def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
-    """Send a path of waypoints; returns a line that confirms it.
-
-    Raises RunError if there is no reference node, or it takes no paths, or refuses this one.
-    """
+    """Send a path of waypoints; returns a line that confirms it."""
     message = Path()
     message.header.frame_id = frame_of(remote, "path")
     message.poses = [pose_message(pose, message.header.frame_id) for pose in poses]
@@ -332,10 +315,7 @@ def bearing(remote: Remote, x: float, y: float) -> float:
 
 
 def stated_datum(remote: Remote) -> tuple[float, float] | None:
-    """Latitude and longitude of the origin of the odometry, degrees; None where no node states them.
-
-    Raises RunError if one is to state them and has not, as before its first fix.
-    """
+    """Latitude and longitude of the origin of the odometry, degrees; None where no node states them."""
     remote.require(REFERENCE)
     found = remote.receive(NavSatFix, DATUM, qos.LATCHED, CONFIRMATION_LIMIT)
     if found is None and remote.node.count_publishers(remote.name(DATUM)):

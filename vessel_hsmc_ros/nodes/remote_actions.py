@@ -48,8 +48,7 @@ Show = Callable[[Progress], None]
 def sail_to(remote: Remote, x: float, y: float, heading: float | None, show: Show) -> Result:
     """Sail to a pose, and wait for the end.
 
-    `heading`: None for the bearing of the goal from where the reference is now. Raises RunError if there is no reference node,
-    or it takes no poses; KeyboardInterrupt at Ctrl-C, when the goal is cancelled.
+    `heading`: None for the bearing of the goal from where the reference is now.
     """
     frame = frame_of(remote, "goal", "path")
     pose = pose_message((x, y, bearing(remote, x, y) if heading is None else heading), frame)

@@ -109,10 +109,7 @@ class ThrusterAllocationNode(VesselNode):
         self._answer()
 
     def _on_step(self, stamp: int, message: WrenchStamped) -> None:
-        """Lockstep: take a command; one with a later stamp than all before is the answer to the next step.
-
-        Raises SimulationError if there is none for the step, and the run cannot go on without it.
-        """
+        """Lockstep: take a command; one with a later stamp than all before is the answer to the next step."""
         answers = self._is_stopped or self.stamp < stamp <= self.stamp + LONGEST_STEP
         if answers:
             self._is_stopped, self.stamp = False, stamp

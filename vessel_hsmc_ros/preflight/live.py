@@ -152,8 +152,7 @@ class LiveConnection:
 
         Where the drive commands velocities, they are pulsed on its topic, which it leaves to others while nothing is commanded
         to it, and zero is commanded before and after each. `ahead`: surge force, N, or surge speed, m/s. `turn`: yaw moment,
-        N·m, or yaw rate, rad/s. Raises RunError if another node commands, nothing takes the command, or a velocity is above its
-        limit.
+        N·m, or yaw rate, rad/s.
         """
         roles = {role.name: role for role in self.connection().roles}
         role = roles["output" if self._by_velocity else "command"]

@@ -99,8 +99,7 @@ def _row(columns: list[str], row: list[str], item: str, source: Source) -> Missi
 def read_gpx(content: bytes, source: Source, route: str | None = None) -> Mission:
     """One route or track of a file.
 
-    `route`: name of the route; None for the only one. Raises ScenarioError if it is not GPX, has no such route, or a position
-    is no number or out of range.
+    `route`: name of the route; None for the only one.
     """
     from defusedxml import DefusedXmlException  # here: the command shows its help without the libraries of its verbs
     from defusedxml.ElementTree import fromstring
@@ -180,8 +179,7 @@ WGS84 = ("urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "urn:ogc
 def read_geojson(document: dict[str, Any], source: Source, route: str | None = None) -> Mission:
     """One route of a document, its fences and areas.
 
-    `route`: name of the route; None for the only one. Raises ScenarioError if it is not GeoJSON in latitude and longitude, has
-    no such route, or a position is no number or out of range.
+    `route`: name of the route; None for the only one.
     """
     _require_degrees(document.get("crs"), source)
     routes: list[tuple[str, list[MissionPoint]]] = []
@@ -297,8 +295,7 @@ FORMATS = "QGroundControl's .plan, .waypoints, Cockpit's missions, GPX, GeoJSON 
 def read_mission(path: Path, route: str | None = None) -> Mission:
     """Read a mission.
 
-    `route`: name of the route, of several in a GPX or GeoJSON file. Raises ScenarioError if it cannot be read, or is of another
-    format, or a value of it is of another kind or out of range; the message names the item.
+    `route`: name of the route, of several in a GPX or GeoJSON file.
     """
     source = Source(f"mission file {path}")
     try:

@@ -57,9 +57,7 @@ def datum_of(text: str) -> Pair:
 def placed(mission: Mission, datum: Pair | None, title: str) -> Placed:
     """The mission in metres.
 
-    `datum`: latitude and longitude, degrees; None for the planner's home, or the first waypoint where there is none. Raises
-    ScenarioError if a place is too far from the datum, or 0, 0; ParameterError if the mission is in metres, and there is a
-    datum.
+    `datum`: latitude and longitude, degrees; None for the planner's home, or the first waypoint where there is none.
     """
     if not mission.geographic:
         if datum is not None:
@@ -150,8 +148,7 @@ def part_of(mission: Mission, legs: str) -> Mission:
     """The mission with some of its legs, begun at the waypoint before the first of them.
 
     The vessel passes over that waypoint, so that the leg is sailed from its beginning on. `mission`: the mission, in metres.
-    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`. Raises ParameterError if it is none of them, or there is no
-    such leg.
+    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`.
     """
     found, count = re.fullmatch(r"(\d{1,9})(-(\d{1,9})?)?", legs.strip()), len(mission.points)
     first = int(found[1]) if found else 0
@@ -185,10 +182,7 @@ def completed(mission: Mission, track: Array, least_room: float) -> int:
 
 
 def leaving_fence(mission: Mission) -> list[Refused]:
-    """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence.
-
-    Raises ScenarioError if it has neither.
-    """
+    """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence."""
     if mission.points:
         return breaches(positions(mission.points), mission.fences, [point.item for point in mission.points])
     if not mission.areas:
@@ -243,7 +237,7 @@ def parameters_of(mission: Mission) -> dict[str, object]:
 def fence_of_mission(mission: Mission) -> dict[str, dict[str, object]]:
     """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one.
 
-    `mission`: the mission, in metres. Raises ParameterError if a polygon is none.
+    `mission`: the mission, in metres.
     """
     rings: dict[str, list[float]] = {"inside": [], "outside": []}
     for fence in mission.fences:
@@ -260,8 +254,7 @@ def survey_of(mission: Mission, swath: float, along: float, speed: float | None)
     """The parameters of the reference ship that survey the area of a mission.
 
     `mission`: the mission, in metres. `swath`: width that a leg covers, m. `along`: direction of the legs, rad,
-    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario. Raises ScenarioError if it has no area,
-    or several.
+    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario.
     """
     if len(mission.areas) != 1:
         raise ScenarioError(f"--swath must be given with a file of one polygon that is no fence (got {len(mission.areas)})")
@@ -294,8 +287,7 @@ def table_of(mission: Mission, first: int) -> list[list[str]]:
 def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
     """The legs that touch or leave an area to stay in, or touch or enter one to stay out of.
 
-    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m. Raises ParameterError if a polygon
-    is none.
+    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m.
     """
     legs = [*pairwise(points)] or [(points[0], points[0])]
     found = []

@@ -279,10 +279,7 @@ COMMANDS = {
 
 
 def read_plan(document: dict[str, Any], source: Source) -> Mission:
-    """The mission of a .plan file.
-
-    Raises ScenarioError if it is not complete, or a value of it is of another kind or out of range.
-    """
+    """The mission of a .plan file."""
     source.whole(document.get("version", 1), "version", 1, 1)
     mission = source.mapping(document.get("mission"), "mission")
     source.whole(mission.get("version", 2), "mission.version", 1, 2)
@@ -377,10 +374,7 @@ def _inclusion(fence: dict[str, Any], what: str, source: Source) -> bool:
 
 
 def read_cockpit(document: dict[str, Any], source: Source) -> Mission:
-    """The mission of a file by Cockpit; its cruise speed is that of the legs without one.
-
-    Raises ScenarioError if it is not complete, or a value of it is of another kind or out of range.
-    """
+    """The mission of a file by Cockpit; its cruise speed is that of the legs without one."""
     settings = source.mapping(document.get("settings", {}), "settings")
     cruise, items = settings.get("defaultCruiseSpeed"), []
     if cruise is not None:
