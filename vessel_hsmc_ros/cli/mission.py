@@ -320,8 +320,7 @@ def _send(whole: Mission, namespace: str, detach: bool) -> None:
         RunError: it takes no path, refuses this one, or does not come to its end.
     """
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import send_path
-        from vessel_hsmc_ros.nodes.remote_actions import sail_along
+        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
 
         poses = [(*point.place, 0.0) for point in whole.points]
         if detach:

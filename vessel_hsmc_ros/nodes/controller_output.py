@@ -182,7 +182,7 @@ class CommandingNode(ManagedNode):
     """
 
     FIXED = frozenset(
-        {
+        (
             "lockstep",
             "rate_hz",
             "recorded",
@@ -192,7 +192,7 @@ class CommandingNode(ManagedNode):
             "black_box",
             "ride_through",
             "autostart",
-        }
+        )
     )
 
     def __init__(self, **options: Any) -> None:

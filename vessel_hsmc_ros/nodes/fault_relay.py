@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
@@ -37,12 +36,7 @@ if TYPE_CHECKING:
 
 PUBLISHER_PERIOD = NANOSECONDS // 20  # time between two messages of a second publisher, ns
 CLOCK_PERIOD = NANOSECONDS // 200  # time between two messages of a clock, ns
-_LATCHED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=10,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+_LATCHED = qos.profile(10, latched=True)
 
 
 class Source(Protocol):

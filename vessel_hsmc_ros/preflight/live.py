@@ -9,7 +9,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from vessel_hsmc_msgs.msg import ControlState, Event
 
 from vessel_hsmc_ros.boats.interfaces import Interface
@@ -35,9 +35,7 @@ OWN = ("controller", "drive", "navsat_odom")  # the nodes whose topics make a co
 SETTLED, GRAPH_LIMIT = 0.7, 5.0
 """Time without a change after which the ROS graph counts as complete, and the longest wait for that, s."""
 
-COLLECTED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=500, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
+COLLECTED = qos.profile(500, reliable=False)
 
 PULSE, PAUSE, PULSE_RATE = 2.0, 2.0, 20.0  # length of a pulse and of the pause after it, s, and the rate of its commands, Hz
 

@@ -1,7 +1,7 @@
 """Rules for a connection, data in, findings out: a topic is found, typed, compatible, regular, stamped and in its frame.
 
 And what the sensors of `navsat_odom` send, and commands: a positive force drives ahead, a positive moment to port, both about as
-far as the ship's inertia has it; stop and time-out have been tried. `stamp_rules` and `motion_rules` judge what messages contain.
+far as the ship's inertia has it; stop and time-out have been tried. `samples` and `motion_rules` judge what messages contain.
 """
 
 import math
