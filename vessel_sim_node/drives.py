@@ -42,8 +42,7 @@ NEVER = -(2**63)  # a time before every other, ns
 class ThrusterDemands:
     """The demands as they are received, topic by topic: queues of them in lockstep, and the latest ones in real time.
 
-    Attributes:
-        topics: Index of the thruster, and 0 for a thrust or 1 for an angle, by topic.
+    `topics`: index of the thruster, and 0 for a thrust or 1 for an angle, by topic.
     """
 
     def __init__(self, layout: ThrusterLayout) -> None:
@@ -113,13 +112,9 @@ class WrenchDrive:
     """Takes `cmd_wrench`.
 
     `node`: the plant's node; its `stamp` is that of the present step. `answered`: called in lockstep when the command of the
-    present step has been received.
-
-    Attributes:
-        topics: The topics of the commands.
-        first_command_at: System time of the first message, s; 0 before it.
-        heard_at: Steady time of the latest message, s; 0 before the first.
-        answer: In lockstep, the command of the present step once it has been received.
+    present step has been received. `topics`: the topics of the commands. `first_command_at`: system time of the first message,
+    s; 0 before it. `heard_at`: steady time of the latest message, s; 0 before the first. `answer`: in lockstep, the command of
+    the present step once it has been received.
     """
 
     topics = ("cmd_wrench",)

@@ -137,8 +137,6 @@ class VesselSimNode(VesselNode):
         else:
             self._begin_step()
 
-    # -- steps --------------------------------------------------------------------------------------------------------
-
     def _begin_step(self) -> None:
         """Publish a step as a whole: the first one, and in a fleet each one when all vessels are ready for it."""
         self._answer_at = time.monotonic()
@@ -196,8 +194,6 @@ class VesselSimNode(VesselNode):
         simulated = seconds(self._grid.stamp(self._step))
         self.get_logger().info(f"finished: {self._step} steps, {simulated:g} s in {self._wall_seconds:.2f} s")
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_answer(self) -> None:
         """Lockstep: the command of the present step has come."""
         self._answer_at = time.monotonic()
@@ -235,8 +231,6 @@ class VesselSimNode(VesselNode):
             command = self._drive.present()
         while self._step < due and not self.finished:
             self._finish_step(command)
-
-    # -- services and diagnostics -------------------------------------------------------------------------------------
 
     def retune(self, parameters: SimParameters) -> None:
         """Take changed disturbances from the next step on."""

@@ -85,11 +85,8 @@ class Physics:
     A frame with the next number advances the ship by a period; one that is repeated is answered again; a number that goes back
     is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has sensors
     of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of skid
-    steering, left and right.
-
-    Attributes:
-        time: Time of the physics, s.
-        frames, lost, repeated, starts: Numbers of frames, and of new starts.
+    steering, left and right. `time`: time of the physics, s. `frames`, `lost`, `repeated`, `starts`: numbers of frames, and of
+    new starts.
     """
 
     def __init__(self, parameters: SimParameters, wiring: Wiring) -> None:

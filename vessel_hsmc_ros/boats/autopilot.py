@@ -23,11 +23,8 @@ FAILSAFE = (5, 6)  # system states of HEARTBEAT: critical and emergency
 class Handover:
     """Whether an autopilot is ready for commands, and whether it has been taken over.
 
-    `mode`: the number of the mode in which it takes commands. `timeout`: time without a heartbeat after which it counts as
-    lost, s. `named`: the name of a mode by its number.
-
-    Attributes:
-        taken: Why commands have ended and may not go on; empty while they may.
+    `mode`: the number of the mode in which it takes commands. `timeout`: time without a heartbeat after which it counts as lost,
+    s. `named`: the name of a mode by its number. `taken`: why commands have ended and may not go on; empty while they may.
     """
 
     def __init__(self, mode: int, timeout: float, named: Mapping[int, str]) -> None:
@@ -363,12 +360,9 @@ def decoded(value: float, kind: int, firmware: str) -> float:
 class ParameterReader:
     """Which parameters to request next, and the values that have come.
 
-    A few are requested at a time, so that a radio modem keeps room for other messages. Later they are requested again in turn, as
-    a person changes them. An autopilot does not answer the request of a parameter that it does not have.
-
-    Attributes:
-        firmware: ArduPilot, PX4, or empty before a heartbeat of one of them.
-        values: Values by name.
+    A few are requested at a time, so that a radio modem keeps room for other messages. Later they are requested again in turn,
+    as a person changes them. An autopilot does not answer the request of a parameter that it does not have. `firmware`:
+    ArduPilot, PX4, or empty before a heartbeat of one of them. `values`: values by name.
     """
 
     def __init__(self) -> None:

@@ -146,8 +146,6 @@ class DriveNode(VesselNode):
         )
         return f"form {p.form}, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_command(self, message: WrenchStamped) -> None:
         if isinstance(self._input, CommandInput):
             self._input.take(message)
@@ -229,8 +227,6 @@ class DriveNode(VesselNode):
             self.send(self._outputs["throttle"], Float64(data=float(a)))
             self.send(self._outputs["steering"], Float64(data=float(b) * p.steering_sign))
         self._sent += 1
-
-    # -- diagnostics and the end -------------------------------------------------------------------------------------
 
     def _send_zero(self) -> None:
         self._command = (0.0,) * len(self._command)

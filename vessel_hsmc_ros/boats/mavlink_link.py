@@ -79,8 +79,6 @@ class Link:
             self.target = system
         return bool(system == self.target)
 
-    # -- sending ------------------------------------------------------------------------------------------------------
-
     def _send(self, name: str, *values: Any) -> None:
         try:
             if not self.broken:

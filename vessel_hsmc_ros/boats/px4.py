@@ -82,8 +82,6 @@ class Px4Node(VesselNode):
         limits = f"1 is {p.surge_force_limit:g} N and {p.yaw_moment_limit:g} N·m"
         return f"throttle and steering in Offboard, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
 
-    # -- messages of PX4 ----------------------------------------------------------------------------------------------
-
     def _on_status(self, message: Any) -> None:
         self._mode, self._heard = message.nav_state, time.monotonic()
         armed = message.arming_state == px4.ARMED
@@ -111,8 +109,6 @@ class Px4Node(VesselNode):
         self.send(self._odometry_out, self._odometry)
         self._publish_transform(self._odometry)
         self._published += 1
-
-    # -- commands -----------------------------------------------------------------------------------------------------
 
     def _on_command(self, message: WrenchStamped) -> None:
         self._input.take(message)
@@ -146,8 +142,6 @@ class Px4Node(VesselNode):
         """The time of PX4, µs, by its own stamps: that of this computer may be stepped; before the first one, the latter."""
         at = self._boot.stamp(time.monotonic())
         return self.now() // MICROSECOND if at is None else round(at * 1e6)
-
-    # -- diagnostics and the end --------------------------------------------------------------------------------------
 
     def retune(self, parameters: Px4Parameters) -> None:
         """Take a changed time-out."""

@@ -17,11 +17,8 @@ class StopLatch:
     """The share goes to 1 in `ramp_time` while there are commands, to 0 in the same time without, and is 0 after `~/stop`.
 
     It stays 0 until `~/rearm`; the latch offers both services. `node`: offers the services; its parameter `ramp_time` is the
-    time between 0 and 1; 0: at once. `output`: what is zero after a stop, such as "the wrench". `act`: sends the zero of a
-    stop, so that it does not wait for the next period.
-
-    Attributes:
-        text: What a stopped node reports.
+    time between 0 and 1; 0: at once. `output`: what is zero after a stop, such as "the wrench". `act`: sends the zero of a stop,
+    so that it does not wait for the next period. `text`: what a stopped node reports.
     """
 
     def __init__(self, node: VesselNode, output: str, act: Callable[[], None], share: float = 0.0) -> None:

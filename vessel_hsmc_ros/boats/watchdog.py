@@ -55,8 +55,6 @@ class WatchdogNode(VesselNode):
         nodes = ", ".join(self._heard_at) or "no node"
         return f"time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s, watches {nodes} for {p.heartbeat_timeout:g} s"
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_command(self, message: WrenchStamped) -> None:
         if self._input.take(message):
             p, (force, moment) = self.parameters, conversions.read_wrench(message)
@@ -81,8 +79,6 @@ class WatchdogNode(VesselNode):
         force, moment = finite(wrench, self.refuse)
         conversions.write_wrench(self._wrench, conversions.time_message(stamp), (force, moment))
         self.send(self._wrench_out, self._wrench)
-
-    # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():

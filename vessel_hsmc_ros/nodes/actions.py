@@ -198,10 +198,7 @@ class Accepted:
 class Actions:
     """The action servers of a reference ship, and what follows from battery, operator and the state of the controller.
 
-    `node`: the node, which sails and holds the reference for them.
-
-    Attributes:
-        tasks: What decides about the goals.
+    `node`: the node, which sails and holds the reference for them. `tasks`: what decides about the goals.
     """
 
     def __init__(self, node: Any) -> None:

@@ -89,8 +89,6 @@ class ControllerNode(CommandingNode):
         if self.connected:
             self.inputs.monitor.check(self._steps.pending)
 
-    # -- what a person commands ---------------------------------------------------------------------------------------
-
     def configure(self) -> None:
         """Make the control loop anew where parameters have been set since it was made; a stop stays latched."""
         if not self._outdated:

@@ -43,10 +43,8 @@ class InputMonitor:
 
     Times of receipt are of one clock: steady in real time, the node's own on simulated time, where ages are simulated too.
     `node`: whose inputs they are; its logger and its view of the ROS graph are used. `expected`: the inputs by their names, in
-    the order in which they are reported. `timeout`: age above which an input is overdue, s.
-
-    Attributes:
-        fresh: Number of samples in a row that were taken, by input.
+    the order in which they are reported. `timeout`: age above which an input is overdue, s. `fresh`: number of samples in a row
+    that were taken, by input.
     """
 
     def __init__(
@@ -251,8 +249,7 @@ def read_reference(message: ReferenceState) -> Desired:
 class ControllerInputs:
     """The latest odometry and reference that count.
 
-    Attributes:
-        monitor: What checks and reports the inputs.
+    `monitor`: what checks and reports the inputs.
     """
 
     def __init__(self, node: VesselNode, loop: ControlLoop) -> None:

@@ -177,8 +177,7 @@ def guard_task(supervision: Supervision) -> DiagnosticTask:
 class CommandingNode(ManagedNode):
     """A node with a control loop and its inputs, and what it publishes of them; when the law runs is that of its subclass.
 
-    Attributes:
-        clock_problem: What is wrong with a simulated clock; empty if nothing is.
+    `clock_problem`: what is wrong with a simulated clock; empty if nothing is.
     """
 
     FIXED = frozenset(

@@ -147,13 +147,8 @@ _NAN = (math.nan,) * 6
 class RelayedTopic:
     """A topic that passes through the relay.
 
-    `topic`: its name, without the namespace.
-
-    Attributes:
-        kind: The message class.
-        stamped: Whether its messages have a header.
-        schedule: Its faults.
-        sent: Number of messages passed on.
+    `topic`: its name, without the namespace. `kind`: the message class. `stamped`: whether its messages have a header.
+    `schedule`: its faults. `sent`: number of messages passed on.
     """
 
     out: "Publisher"

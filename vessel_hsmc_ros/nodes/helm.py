@@ -97,10 +97,7 @@ def _unanswered(_why: str) -> None:
 class Helm:
     """The helm of a reference ship.
 
-    `node`: the node. `ship`: its reference. `period`: of the reference, s.
-
-    Attributes:
-        planning: Of paths, in real time.
+    `node`: the node. `ship`: its reference. `period`: of the reference, s. `planning`: of paths, in real time.
     """
 
     def __init__(self, node: Any, ship: Any, period: float) -> None:

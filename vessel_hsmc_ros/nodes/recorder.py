@@ -41,10 +41,8 @@ class ParameterCollector:
     """Requests the parameters of every node that has parameter services.
 
     A request is repeated until it is answered: a server may answer before it has discovered the client's reader, and DDS then
-    loses the response. `node`: owner of the service clients; its own parameters are read directly.
-
-    Attributes:
-        parameters: By full node name, then by parameter.
+    loses the response. `node`: owner of the service clients; its own parameters are read directly. `parameters`: by full node
+    name, then by parameter.
     """
 
     def __init__(self, node: Node) -> None:

@@ -57,10 +57,8 @@ class Service(NamedTuple):
 class Remote:
     """A connection with the nodes of one vessel, on a ROS context of its own; a context manager.
 
-    `namespace`: the vessel's namespace, without slashes at its ends.
-
-    Attributes:
-        node: The node through which it communicates; its name is hidden, so that recorders ignore it.
+    `namespace`: the vessel's namespace, without slashes at its ends. `node`: the node through which it communicates; its name is
+    hidden, so that recorders ignore it.
     """
 
     def __init__(self, namespace: str = "") -> None:

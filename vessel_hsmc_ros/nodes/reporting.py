@@ -54,10 +54,8 @@ class Reporter:
     """Publishes the diagnostics and the events of a node, and offers the services that cause events.
 
     `stamp`: returns the time of a report, ns. `parameters`: the dataclass of its parameters. A node without parameters that may
-    change while it runs, such as an observer of a run, has no events.
-
-    Attributes:
-        keep: Called with the topic and the message of each diagnostics and event: the black box, where the node has one.
+    change while it runs, such as an observer of a run, has no events. `keep`: called with the topic and the message of each
+    diagnostics and event: the black box, where the node has one.
     """
 
     def __init__(self, node: Node, stamp: Callable[[], int], parameters: type) -> None:

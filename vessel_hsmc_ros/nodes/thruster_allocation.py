@@ -89,8 +89,6 @@ class ThrusterAllocationNode(VesselNode):
         """Answer the commands that were received before the start."""
         self._answer()
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_odometry(self, message: Odometry) -> None:
         speed = read_odometry(message, self.parameters.odometry.twist_frame).motion.u
         if self.parameters.lockstep:
@@ -188,8 +186,6 @@ class ThrusterAllocationNode(VesselNode):
         thrusts = [publisher for publisher, _, part in self._demands_out if part == 0]
         for publisher in (*thrusts, *(publisher for publisher, *_ in self._speeds_out)):
             self.send(publisher, Float64(data=0.0))
-
-    # -- services and diagnostics -------------------------------------------------------------------------------------
 
     def retune(self, parameters: AllocationParameters) -> None:
         """Take a changed time-out."""

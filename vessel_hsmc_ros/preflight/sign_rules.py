@@ -40,11 +40,7 @@ LEAST_ROWS = 20
 class Motion(NamedTuple):
     """A motion and its commands on a grid, smoothed alike; each (n,).
 
-    Attributes:
-        u, v, r: Velocities.
-        du, dr: Their rates.
-        psi: Heading.
-        width: Intervals of smoothing.
+    `u`, `v`, `r`: velocities. `du`, `dr`: their rates. `psi`: heading. `width`: intervals of smoothing.
     """
 
     u: Array
