@@ -295,10 +295,7 @@ class FleetClock:
         self._go_on()
 
     def wait_for_end(self, finished: int, then: Callable[[], None]) -> None:
-        """Call a function when the owner may end: the followers have finished the last step too; a follower ends at once.
-
-        `finished`: stamp of the last step, ns. `then`: called at once, or when the last follower has finished.
-        """
+        """Call a function when the owner may end: the followers have finished the last step too; a follower ends at once."""
         if self._follows:
             then()
         else:

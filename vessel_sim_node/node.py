@@ -37,10 +37,7 @@ class GroundTruth:
             self._state = node.framed(conversions.new_odometry())
 
     def publish(self, stamp: int, time: float) -> Wrench:
-        """Publish the ground truth of a step.
-
-        `stamp`: time of the step, ns. `time`: time since the start, s. Returns the disturbing wrench, N, N, N·m.
-        """
+        """Publish the ground truth of a step."""
         at = conversions.time_message(stamp)
         load = self._plant.disturbance(time)
         conversions.write_body_wrench(self._disturbance, at, load)

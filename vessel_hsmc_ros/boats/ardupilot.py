@@ -152,10 +152,7 @@ class Physics:
 
 
 def serve(physics: Physics, address: tuple[str, int], duration: float, report: Callable[[str], None]) -> None:
-    """Answer the frames that come to an address until the physics has reached a time.
-
-    `duration`: time after which it ends, s; 0: never.
-    """
+    """Answer the frames that come to an address until the physics has reached a time."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
         try:
             server.bind(address)

@@ -35,10 +35,7 @@ class Handover:
         self.taken = ""
 
     def heartbeat(self, now: float, armed: bool, mode: int, state: int) -> None:
-        """Take a heartbeat of the autopilot.
-
-        `now`: time of its receipt, s. `armed`: whether the motors are armed.
-        """
+        """Take a heartbeat of the autopilot."""
         self.check(now)  # a gap before it counts, even if nothing has looked at it in between
         self._heard, self._armed, self._present, self._state = now, armed, mode, state
         self.check(now)
@@ -200,10 +197,7 @@ class BootClock:
         self._behind = 0
 
     def age(self, stamp: float, received: float) -> float:
-        """How long before its receipt a message was stamped, s, by the least delay so far.
-
-        `stamp`: its time since boot, s. `received`: time of its receipt on the steady clock, s.
-        """
+        """How long before its receipt a message was stamped, s, by the least delay so far."""
         back = self._stamp - stamp
         self._behind = self._behind + 1 if back > 0.0 else 0
         if back > self.REBOOT or self._behind >= self.LAGGING:

@@ -30,11 +30,7 @@ class StopLatch:
         node.create_service(Trigger, "~/rearm", self._rearm)
 
     def update(self, fresh: bool, allowed: bool = True) -> float:
-        """The share at present.
-
-        `fresh`: whether there is a command that counts. `allowed`: whether any may be passed on: without it the share is 0 at
-        once.
-        """
+        """The share at present."""
         now, ramp_time = time.monotonic(), self._node.parameters.ramp_time
         change = (now - self._at) / ramp_time if ramp_time else 1.0
         self._at = now

@@ -62,10 +62,7 @@ class CommandInput:
         self._problem = RecentProblem()
 
     def take(self, message: WrenchStamped) -> bool:
-        """Take a command, or refuse it with a reason in the log.
-
-        Returns whether it was taken.
-        """
+        """Take a command, or refuse it with a reason in the log."""
         now, received = self._times()
         wrench = conversions.read_wrench(message)
         stamp = conversions.nanoseconds(message.header.stamp)

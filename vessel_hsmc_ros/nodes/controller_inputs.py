@@ -41,10 +41,10 @@ class Expected(NamedTuple):
 class InputMonitor:
     """Detects refused, missing, overdue and mismatched inputs of a node, and reports them on its log and in its diagnostics.
 
-    Times of receipt are of one clock: steady in real time, the node's own on simulated time, where ages are simulated too.
-    `node`: whose inputs they are; its logger and its view of the ROS graph are used. `expected`: the inputs by their names, in
-    the order in which they are reported. `timeout`: age above which an input is overdue, s. `fresh`: number of samples in a row
-    that were taken, by input.
+    Times are in ns; those of receipt are of one clock: steady in real time, the node's own on simulated time, where ages are
+    simulated too. `node`: whose inputs they are; its logger and its view of the ROS graph are used. `expected`: the inputs by
+    their names, in the order in which they are reported. `timeout`: age above which an input is overdue, s. `fresh`: number of
+    samples in a row that were taken, by input.
     """
 
     def __init__(
@@ -71,11 +71,7 @@ class InputMonitor:
         self._stamps[name] = stamp
 
     def take(self, name: str, sample: Sample, now: int, received: int, wrong: str = "") -> str:
-        """Take a sample, or report and count why it is refused.
-
-        `now`: ROS time, ns. `received`: time of its receipt, ns. `wrong`: which of its numbers are not finite, and what is
-        allowed. Returns why it is refused; empty if it is taken.
-        """
+        """Take a sample, or report and count why it is refused."""
         reason = self._freshness[name].accept(sample, now, received)
         if not reason:
             if not self.fresh[name]:
@@ -96,10 +92,7 @@ class InputMonitor:
         self._node.get_logger().error(problem, throttle_duration_sec=1.0)
 
     def overdue(self, now: int, received_now: int) -> tuple[str, Reason] | None:
-        """The first input whose latest sample no longer counts, and why; None when all count.
-
-        `now`: ROS time, ns. `received_now`: present time on the clock of receipts, ns.
-        """
+        """The first input whose latest sample no longer counts, and why; None when all count."""
         for name, freshness in self._freshness.items():
             if reason := freshness.overdue(now, received_now):
                 return name, reason
@@ -110,10 +103,7 @@ class InputMonitor:
         return f"{name} on {self._node.resolve_topic_name(self._topics[name])}: {reason.text}"
 
     def report_overdue(self, name: str, reason: Reason, now: int, consequence: str) -> None:
-        """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error.
-
-        `now`: ROS time, ns. `consequence`: what is commanded without it.
-        """
+        """Report an overdue input: a warning if its publisher has left, as at the end of a run, else an error."""
         self.fresh[name] = 0
         topic = self._topics[name]
         if reason in (Reason.NOT_RECEIVED, Reason.JUMP):
@@ -227,10 +217,7 @@ class Desired(NamedTuple):
 
 
 def read_odometry(message: Odometry, twist_frame: str = "child") -> Measured:
-    """The motion in an odometry message, and what its checks take.
-
-    `twist_frame`: frame of its velocities: child, or parent.
-    """
+    """The motion in an odometry message, and what its checks take."""
     motion, header, covariance = conversions.read_odometry(message), message.header, message.pose.covariance
     if twist_frame == "parent" and math.isfinite(motion.psi):
         motion = in_body_frame(motion)
@@ -284,10 +271,7 @@ class ControllerInputs:
         return [self.monitor.diagnostic_task(), ages("input age", self.monitor.ages(now), limit)]
 
     def take_odometry(self, measured: Measured, now: int, received: int) -> bool:
-        """Take odometry if it counts and its motion is that of a ship; returns whether it counts.
-
-        `now`: ROS time, ns. `received`: time of its receipt, ns.
-        """
+        """Take odometry if it counts and its motion is that of a ship; returns whether it counts."""
         measured = self._with_position(measured)
         if self.monitor.take("odometry", measured.sample, now, received, measured.wrong):
             return False

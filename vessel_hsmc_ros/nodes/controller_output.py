@@ -275,10 +275,7 @@ class CommandingNode(ManagedNode):
         self.send(self._command_out, self._command)
 
     def publish_period(self, stamp: int, terms: Terms | None) -> None:
-        """Publish the command first, because the plant waits for it; then the state of the control period.
-
-        `stamp`: its time, ns. `terms`: the terms of the law; None if it has not run.
-        """
+        """Publish the command first, because the plant waits for it; then the state of the control period."""
         self.publish_command(stamp)
         time_stamp = conversions.time_message(stamp)
         if terms is not None:

@@ -43,10 +43,7 @@ class Source(Protocol):
     """Something that publishes on its own."""
 
     def act(self, now: int, elapsed: int) -> None:
-        """Publish what is due.
-
-        `now`: the present time, ns. `elapsed`: the time since the first odometry, ns; below 0 before it.
-        """
+        """Publish what is due."""
 
 
 class SecondPublisher:
@@ -132,10 +129,7 @@ def stepped_nodes(script: FaultScript, by_thrusters: bool) -> dict[str, list[Fau
 
 
 def make_sources(relay: Node, script: FaultScript, by_thrusters: bool) -> list[Source]:
-    """The second publishers and the clocks of a script.
-
-    `relay`: the relay node, which publishes in their place. `by_thrusters`: whether thrusters drive the ship.
-    """
+    """The second publishers and the clocks of a script."""
     second = [fault for fault in script.faults if fault.kind in ("second_publisher", "mismatched_qos")]
     publishers = [SecondPublisher(relay, fault, f"second_publisher_{index}") for index, fault in enumerate(second)]
     return [*publishers, *(SteppedClock(relay, node, faults) for node, faults in stepped_nodes(script, by_thrusters).items())]

@@ -68,10 +68,7 @@ def declare(node: Any, cls: type) -> Any:
 
 
 def _declare(node: Any, instance: Any, fixed: bool = True) -> None:
-    """Declare the parameters of the mode or law that a node runs, and no longer those of another; the instance has them all.
-
-    `fixed`: whether those that cannot be changed while the node runs are read-only.
-    """
+    """Declare the parameters of the mode or law that a node runs, and no longer those of another; the instance has them all."""
     values = schema.flatten(instance)
     others = not_in_use(node.NAME, values)
     for name, entry in schema.entries(type(instance)).items():
@@ -173,10 +170,7 @@ def _number(value: Any) -> float:
 
 
 def take_changes(node: Any, changes: list[Parameter]) -> SetParametersResult:
-    """Apply the changed parameters of a request to a node, all of them or none.
-
-    `node`: a `VesselNode`. `changes`: of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
-    """
+    """Apply the changed parameters of a request to a node, all of them or none."""
     present = schema.flatten(node.parameters)
     # One that is only just being declared has the value that the node knows.
     values = {p.name: p.value for p in changes if p.name in present and node.has_parameter(p.name)}

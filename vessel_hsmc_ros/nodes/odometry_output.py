@@ -24,10 +24,7 @@ def transform_of(odometry: Odometry) -> TransformStamped:
 
 
 def transform_publisher(node: VesselNode) -> Callable[[Odometry], None]:
-    """A function that publishes the transform of odometry on /tf; without `publish_tf` it does nothing.
-
-    `node`: which declares the parameter `publish_tf`.
-    """
+    """A function that publishes the transform of odometry on /tf; without `publish_tf` it does nothing."""
     if not node.parameters.publish_tf:
         return lambda _: None
     try:

@@ -134,10 +134,7 @@ class Compatibility:
         self._used: set[str] = set()
 
     def options(self, topic: str, own: str, profile: Any) -> dict[str, Any]:
-        """Further arguments of `create_publisher` and `create_subscription`, with a profile that a user may have overridden.
-
-        `topic`: name of the topic as it is given. `own`: publisher or subscription.
-        """
+        """Further arguments of `create_publisher` and `create_subscription`, with a profile that a user may have overridden."""
         profile = copy.copy(profile)  # rclpy writes the overrides into it
         callbacks = PublisherEventCallbacks if own == "publisher" else SubscriptionEventCallbacks
         made: dict[str, Any] = {"event_callbacks": callbacks(incompatible_qos=partial(self._note, topic, own, profile))}

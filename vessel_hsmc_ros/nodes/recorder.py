@@ -58,10 +58,7 @@ class ParameterCollector:
         self._reported = 0
 
     def request(self, again: bool = True) -> None:
-        """Send requests to nodes that were discovered since the last call; call it periodically.
-
-        `again`: whether the call counts for the repetition of requests.
-        """
+        """Send requests to nodes that were discovered since the last call; call it periodically."""
         there = {f"{space.rstrip('/')}/{name}": (name, space) for name, space in self._node.get_node_names_and_namespaces()}
         # Clients of nodes that have answered or left are not needed any more.
         for name in [name for name in self._clients if name in self.parameters or name not in there]:

@@ -208,10 +208,7 @@ UNREQUESTED = "mavlink.stream_rate is 0, so that nothing is requested from the a
 
 
 def autopilot_of(node: str, told: Mapping[str, str]) -> Autopilot | None:
-    """What an autopilot tells by the diagnostics of mavlink_node; None for a stack without an autopilot that is read.
-
-    `node`: the node that connects it, or the name of the stack. `told`: keys and values of the diagnostics, empty without any.
-    """
+    """What an autopilot tells by the diagnostics of mavlink_node; None for a stack without an autopilot that is read."""
     if node not in SILENCE:
         return None
     if not told:

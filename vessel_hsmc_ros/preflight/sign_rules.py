@@ -283,10 +283,7 @@ STEPWISE = 0.9  # share of the time for which a command is constant that a perso
 
 
 def judge_signs(connection: Connection, doubted: str = "") -> Iterator[Finding]:
-    """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction.
-
-    `doubted`: what of the measured motion is wrong, so that it shows no sign; empty if nothing is.
-    """
+    """Whether force and moment, or speed and yaw rate where these are commanded, have moved the boat in their direction."""
     samples, output = motions_of(connection), connection.of("output")
     by_velocity = output is not None and "u" in output.columns
     command, names = (output, VELOCITY) if by_velocity else (connection.of("command", "applied"), WRENCH)

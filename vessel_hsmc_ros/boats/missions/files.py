@@ -97,10 +97,7 @@ def _row(columns: list[str], row: list[str], item: str, source: Source) -> Missi
 
 
 def read_gpx(content: bytes, source: Source, route: str | None = None) -> Mission:
-    """One route or track of a file.
-
-    `route`: name of the route; None for the only one.
-    """
+    """One route or track of a file."""
     from defusedxml import DefusedXmlException  # here: the command shows its help without the libraries of its verbs
     from defusedxml.ElementTree import fromstring
 
@@ -177,10 +174,7 @@ WGS84 = ("urn:ogc:def:crs:OGC:1.3:CRS84", "urn:ogc:def:crs:OGC::CRS84", "urn:ogc
 
 
 def read_geojson(document: dict[str, Any], source: Source, route: str | None = None) -> Mission:
-    """One route of a document, its fences and areas.
-
-    `route`: name of the route; None for the only one.
-    """
+    """One route of a document, its fences and areas."""
     _require_degrees(document.get("crs"), source)
     routes: list[tuple[str, list[MissionPoint]]] = []
     marks: list[MissionPoint] = []
@@ -293,10 +287,7 @@ FORMATS = "QGroundControl's .plan, .waypoints, Cockpit's missions, GPX, GeoJSON 
 
 
 def read_mission(path: Path, route: str | None = None) -> Mission:
-    """Read a mission.
-
-    `route`: name of the route, of several in a GPX or GeoJSON file.
-    """
+    """Read a mission."""
     source = Source(f"mission file {path}")
     try:
         content = read_bytes(path, LARGEST_TEXT)

@@ -235,10 +235,7 @@ def parameters_of(mission: Mission) -> dict[str, object]:
 
 
 def fence_of_mission(mission: Mission) -> dict[str, dict[str, object]]:
-    """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one.
-
-    `mission`: the mission, in metres.
-    """
+    """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one."""
     rings: dict[str, list[float]] = {"inside": [], "outside": []}
     for fence in mission.fences:
         rings["inside" if fence.inside else "outside"] += _ring(fence)
@@ -269,10 +266,7 @@ def survey_of(mission: Mission, swath: float, along: float, speed: float | None)
 
 
 def table_of(mission: Mission, first: int) -> list[list[str]]:
-    """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y).
-
-    `mission`: the mission, in metres. `first`: number of its first waypoint.
-    """
+    """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y)."""
     rows, points = [], positions(mission.points)
     for k, point in enumerate(mission.points):
         way = points[k] - points[k - 1] if k else 0j
@@ -285,10 +279,7 @@ def table_of(mission: Mission, first: int) -> list[list[str]]:
 
 
 def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
-    """The legs that touch or leave an area to stay in, or touch or enter one to stay out of.
-
-    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m.
-    """
+    """The legs that touch or leave an area to stay in, or touch or enter one to stay out of."""
     legs = [*pairwise(points)] or [(points[0], points[0])]
     found = []
     for fence in fences:

@@ -150,10 +150,7 @@ class Source:
         return value
 
     def chosen(self, names: Iterable[str], route: str | None) -> int:
-        """The number of the route to read of several.
-
-        `route`: the name that was given; None for the only one.
-        """
+        """The number of the route to read of several."""
         known = list(names)
         shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
         if route is None and len(known) > 1:
