@@ -14,8 +14,8 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.kinematics import Motion, in_body_frame, wrap
-from vessel_hsmc_ros.core.limits import clip
 
 FAILSAFE = (5, 6)  # system states of HEARTBEAT: critical and emergency
 

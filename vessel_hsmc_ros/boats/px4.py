@@ -12,7 +12,7 @@ from vessel_hsmc_ros.boats import autopilot as px4
 from vessel_hsmc_ros.boats.autopilot import FAILSAFE, BootClock, Handover
 from vessel_hsmc_ros.boats.parameters import Px4Parameters
 from vessel_hsmc_ros.boats.takeover import StopLatch, Takeover
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos

@@ -8,7 +8,7 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.autopilot import Handover
-from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.kernel import between
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import VesselNode
 

@@ -6,9 +6,9 @@ from typing import Any
 from rclpy.duration import Duration
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.control.laws.hierarchical_bounds import sway_warning
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import NO_WRENCH
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import sway_warning
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
+from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos

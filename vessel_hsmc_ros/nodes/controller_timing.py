@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rosgraph_msgs.msg import Clock
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import extrapolate
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds

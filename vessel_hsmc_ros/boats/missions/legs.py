@@ -22,7 +22,7 @@ from vessel_hsmc_ros.core.geodesy import Plane, exchanged
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
-from vessel_hsmc_ros.guidance.progress import Progress
+from vessel_hsmc_ros.guidance.tasks import Progress
 from vessel_hsmc_ros.messages.goals import FARTHEST
 
 NULL_ISLAND = 1e-6
