@@ -34,7 +34,7 @@ from fault_page import write_page  # type: ignore[import-not-found]
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.nodes.runs import supervisor
 from vessel_hsmc_ros.nodes.runs.supervisor import Injection, exclusive, supervise
 from vessel_hsmc_ros.scenario.faults import check_script

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
-from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing
+from vessel_hsmc_ros.nodes.commands import CommandInput, is_nothing
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.plant.dynamics import Wrench
 
@@ -42,8 +42,7 @@ NEVER = -(2**63)  # a time before every other, ns
 class ThrusterDemands:
     """The demands as they are received, topic by topic: queues of them in lockstep, and the latest ones in real time.
 
-    Attributes:
-        topics: Index of the thruster, and 0 for a thrust or 1 for an angle, by topic.
+    `topics`: index of the thruster, and 0 for a thrust or 1 for an angle, by topic.
     """
 
     def __init__(self, layout: ThrusterLayout) -> None:
@@ -113,13 +112,9 @@ class WrenchDrive:
     """Takes `cmd_wrench`.
 
     `node`: the plant's node; its `stamp` is that of the present step. `answered`: called in lockstep when the command of the
-    present step has been received.
-
-    Attributes:
-        topics: The topics of the commands.
-        first_command_at: System time of the first message, s; 0 before it.
-        heard_at: Steady time of the latest message, s; 0 before the first.
-        answer: In lockstep, the command of the present step once it has been received.
+    present step has been received. `topics`: the topics of the commands. `first_command_at`: system time of the first message,
+    s; 0 before it. `heard_at`: steady time of the latest message, s; 0 before the first. `answer`: in lockstep, the command of
+    the present step once it has been received.
     """
 
     topics = ("cmd_wrench",)
@@ -161,10 +156,7 @@ class WrenchDrive:
             self._on_answer(message)
 
     def _on_answer(self, message: WrenchStamped) -> None:
-        """Lockstep: take the command of the present step, or the message that there is none.
-
-        Raises SimulationError if there is none, or it is refused, and the run cannot go on without it.
-        """
+        """Lockstep: take the command of the present step, or the message that there is none."""
         # A command with another stamp belongs to another step and must not advance this one.
         answers = conversions.nanoseconds(message.header.stamp) == self._node.stamp and self.answer is None
         if is_nothing(message):
@@ -303,10 +295,7 @@ class FleetClock:
         self._go_on()
 
     def wait_for_end(self, finished: int, then: Callable[[], None]) -> None:
-        """Call a function when the owner may end: the followers have finished the last step too; a follower ends at once.
-
-        `finished`: stamp of the last step, ns. `then`: called at once, or when the last follower has finished.
-        """
+        """Call a function when the owner may end: the followers have finished the last step too; a follower ends at once."""
         if self._follows:
             then()
         else:

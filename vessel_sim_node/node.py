@@ -14,8 +14,8 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 from vessel_hsmc_ros.nodes.pace import Pace
-from vessel_hsmc_ros.nodes.transforms import transform_publisher
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.hull_check import bounded
 from vessel_hsmc_ros.plant.simulator import Simulator
@@ -37,10 +37,7 @@ class GroundTruth:
             self._state = node.framed(conversions.new_odometry())
 
     def publish(self, stamp: int, time: float) -> Wrench:
-        """Publish the ground truth of a step.
-
-        `stamp`: time of the step, ns. `time`: time since the start, s. Returns the disturbing wrench, N, N, N·m.
-        """
+        """Publish the ground truth of a step."""
         at = conversions.time_message(stamp)
         load = self._plant.disturbance(time)
         conversions.write_body_wrench(self._disturbance, at, load)
@@ -137,8 +134,6 @@ class VesselSimNode(VesselNode):
         else:
             self._begin_step()
 
-    # -- steps --------------------------------------------------------------------------------------------------------
-
     def _begin_step(self) -> None:
         """Publish a step as a whole: the first one, and in a fleet each one when all vessels are ready for it."""
         self._answer_at = time.monotonic()
@@ -196,8 +191,6 @@ class VesselSimNode(VesselNode):
         simulated = seconds(self._grid.stamp(self._step))
         self.get_logger().info(f"finished: {self._step} steps, {simulated:g} s in {self._wall_seconds:.2f} s")
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_answer(self) -> None:
         """Lockstep: the command of the present step has come."""
         self._answer_at = time.monotonic()
@@ -210,10 +203,7 @@ class VesselSimNode(VesselNode):
             self._finish_step(command)
 
     def _check_lockstep(self) -> None:
-        """Lockstep: end the run when the command for the present step is overdue.
-
-        Raises SimulationError if no command was received within the time-out, or another plant of the fleet has ended.
-        """
+        """Lockstep: end the run when the command for the present step is overdue."""
         if self._fleet and self._fleet.waiting:
             if lost := self._fleet.lost():
                 raise SimulationError(
@@ -238,8 +228,6 @@ class VesselSimNode(VesselNode):
             command = self._drive.present()
         while self._step < due and not self.finished:
             self._finish_step(command)
-
-    # -- services and diagnostics -------------------------------------------------------------------------------------
 
     def retune(self, parameters: SimParameters) -> None:
         """Take changed disturbances from the next step on."""

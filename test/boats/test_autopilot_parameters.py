@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.boats.autopilot_parameters import MODES, MavlinkParameters
-from vessel_hsmc_ros.boats.mavlink_messages import SURFACE_MODES
+from vessel_hsmc_ros.boats.autopilot import SURFACE_MODES
+from vessel_hsmc_ros.boats.parameters import MODES, MavlinkParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 

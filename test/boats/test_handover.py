@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.boats.handover import Handover, Sticks
+from vessel_hsmc_ros.boats.autopilot import Handover, Sticks
 
 MANUAL, HOLD, ACTIVE, CRITICAL, EMERGENCY = 0, 4, 4, 5, 6
 READY: dict[str, Any] = {"armed": True, "mode": MANUAL, "state": ACTIVE}

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.boats.mavlink_messages import (
+from vessel_hsmc_ros.boats.autopilot import (
     SURFACE_MODES,
     Attitude,
     BootClock,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vessel_hsmc_ros.boats import px4_messages as px4
+from vessel_hsmc_ros.boats import autopilot as px4
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript
-from vessel_hsmc_ros.faults.schedule import Delivery, TopicSchedule
+from vessel_hsmc_ros.faults import KINDS, Delivery, Fault, FaultScript, TopicSchedule
 
 PERIOD = NANOSECONDS // 10
 MESSAGE_KINDS = [name for name, kind in KINDS.items() if kind.target in ("topic", "actuator") and kind.lockstep]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup
 from vessel_hsmc_ros.scenario.faults import relayed_topics

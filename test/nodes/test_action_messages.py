@@ -8,7 +8,7 @@ import pytest
 import vessel_hsmc_msgs.action
 
 from vessel_hsmc_ros.guidance.tasks import Code
-from vessel_hsmc_ros.nodes.action_messages import ACTIONS, Way, action_type, filled, missed
+from vessel_hsmc_ros.nodes.actions import ACTIONS, Way, action_type, filled, missed
 
 NAMES = sorted(action.kind for action in ACTIONS.values())
 

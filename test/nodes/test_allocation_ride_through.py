@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 from thruster_layouts import layout
 
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes.command_input import nothing
+from vessel_hsmc_ros.nodes.commands import nothing
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 from vessel_sim_node.node import VesselSimNode
 

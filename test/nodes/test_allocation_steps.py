@@ -10,7 +10,7 @@ from stepped_node import SteppedNode
 from thruster_layouts import layout
 
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input
+from vessel_hsmc_ros.nodes import commands
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 
@@ -24,7 +24,7 @@ class Allocation(SteppedNode):
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, name: str, **more: Any) -> None:
         given = {"command_timeout": TIMEOUT, **layout(name), **COEFFICIENTS, **more}
-        super().__init__(bench, monkeypatch, ThrusterAllocationNode, (command_input,), **given)
+        super().__init__(bench, monkeypatch, ThrusterAllocationNode, (commands,), **given)
         self.names = PARTS.get(name, ())
 
     def drive(self, force: float = 30.0, moment: float = 5.0) -> dict[str, float]:

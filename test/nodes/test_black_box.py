@@ -1,8 +1,8 @@
 """The black box of the controller: its last messages, written as a bag when an error occurs."""
 
 import io
+import itertools
 import math
-import os
 import pickle
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,17 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bag_making import CLOCK, PERIOD, clock
 from driving import ACCELERATION, REFERENCE, STATE, Plant
 from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
-from vessel_hsmc_ros.bags import black_box as writer
-from vessel_hsmc_ros.bags.black_box import Head
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import black_box, qos
+from vessel_hsmc_ros.nodes import black_box
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
 
@@ -109,7 +108,7 @@ def test_a_message_that_is_larger_than_the_memory_neither_ends_the_node_nor_disp
     bench: Any, steering: Any, monkeypatch: pytest.MonkeyPatch, over: int
 ) -> None:
     _, node = steering
-    box, lines = node.black_box, bench.collect(Log, "/rosout", qos.CLOCK)
+    box = node.black_box
     monkeypatch.setattr(black_box, "MEMORY", 10_000)
     message = conv.new_odometry()
     message.header.frame_id = "x" * (black_box.MEMORY + over - len(serialize_message(message)))
@@ -120,8 +119,6 @@ def test_a_message_that_is_larger_than_the_memory_neither_ends_the_node_nor_disp
     first(serialize_message(message))
     too_large = len(serialize_message(message)) > black_box.MEMORY
     assert (len(box._kept) == kept) is too_large
-    if too_large:
-        bench.until(lambda: any("a message of /odom must be at most" in line.msg for line in lines))
     box.keep("/cmd_wrench", conv.new_wrench())
     assert sum(len(data) for _, (*_, data) in box._kept) <= 10_000
 
@@ -137,65 +134,52 @@ def test_a_clock_that_is_set_does_not_empty_a_black_box(monkeypatch: pytest.Monk
     assert boxes.written == [[wrench(bytes([k]), stamp) for k, stamp in enumerate(stamps)]]
 
 
-def wrench(data: bytes, stamp: int = 5) -> writer.Message:
+def wrench(data: bytes, stamp: int = 5) -> Any:
     return stamp, "/cmd_wrench", "geometry_msgs/msg/WrenchStamped", data
 
 
-def content(folders: list[str], *messages: writer.Message) -> io.BytesIO:
-    return io.BytesIO(b"".join(map(pickle.dumps, (Head(folders, {}, ""), *messages))))
+def content(folder: Path) -> tuple[bytes, list[bytes]]:
+    """What the writing process is given: the head, and messages of two topics in turns."""
+    head = str(folder), "fault", "/controller:\n  ros__parameters: {gain: 1.5}\n"
+    return pickle.dumps(head), [pickle.dumps((k * PERIOD, TURNS[k % 2], CLOCK, clock(k * PERIOD))) for k in range(5)]
 
 
-def test_a_folder_that_takes_no_bag_is_named_and_another_takes_it(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    folders = [str(tmp_path / "file" / "bag"), str(tmp_path / "bag")]
-    data = os.urandom(4)
-    folder, refused = writer.write(content(folders, wrench(data)))
-    assert folder == tmp_path / "bag"
-    assert "cannot be made: Not a directory" in refused
-    (message,) = open_bag(folder).raw_messages("/cmd_wrench")
-    assert (message.log_time, message.data) == (5, data)
-    with pytest.raises(BagError, match="Not a directory"):
-        writer.write(content(folders[:1]))
+TURNS = ("/clock", "/other/clock")
 
 
-def small(*folders: Path) -> io.BytesIO:
-    """The content of a black box with one message."""
-    return content([*map(str, folders)], wrench(bytes(4)))
+def test_a_content_that_is_cut_off_anywhere_gives_a_bag_of_all_messages_before(tmp_path: Path) -> None:
+    every = [(TURNS[k % 2], k * PERIOD, clock(k * PERIOD)) for k in range(5)]
+    _, messages = content(tmp_path)
+    ends = [0, *itertools.accumulate(map(len, messages))]
+    for cut in (0, 13, 14, ends[1] - 1, ends[1], ends[2] + 3, ends[4] + 15, ends[-1] - 1, ends[-1]):
+        folder = tmp_path / f"box_{cut}"
+        head, messages = content(folder)
+        black_box.write(io.BytesIO(head + b"".join(messages)[:cut]))
+        bag = open_bag(folder)
+        assert bag.complete
+        assert bag.recording["reason"] == "fault"
+        assert bag.parameters == {"/controller": {"gain": 1.5}}
+        found = [(raw.topic, raw.log_time, raw.data) for raw in bag.raw_messages()]
+        assert found == every[: sum(end <= cut for end in ends[1:])]
 
 
-def test_a_name_that_repeats_loses_nothing(tmp_path: Path) -> None:
-    wanted = tmp_path / "box_1"
-    written = [writer.write(small(wanted, tmp_path / "other")) for _ in range(3)]
-    assert written == [(tmp_path / name, "") for name in ("box_1", "box_1_2", "box_1_3")]
-    assert [open_bag(folder).count for folder, _ in written] == [1, 1, 1]
-
-
-def test_a_folder_that_another_process_makes_in_between_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wanted, spare = tmp_path / "box", tmp_path / "spare" / "box"
-    wanted.mkdir()
-    (wanted / "notes.txt").write_text("of another")
-    monkeypatch.setattr(Path, "exists", lambda _: False)
-    folder, refused = writer.write(small(wanted, spare))
-    assert folder == spare
-    assert "File exists" in refused
-    assert (wanted / "notes.txt").read_text() == "of another"
+def test_a_folder_that_exists_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("of another")
+    head, _ = content(tmp_path)
+    with pytest.raises(BagError, match="File exists"):
+        black_box.write(io.BytesIO(head))
+    assert (tmp_path / "notes.txt").read_text() == "of another"
 
 
 @pytest.mark.parametrize("failing", ["_begin_file", "close"])
 def test_of_a_bag_that_cannot_be_written_nothing_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing: str) -> None:
-    original = getattr(BagWriter, failing)
-
-    def fail(bag: BagWriter) -> None:
-        if bag.directory == tmp_path / "full":
-            (bag.directory / "part").write_text("")
-            error = OSError(28, "No space left on device")
-            raise error if failing == "_begin_file" else BagError(str(error))
-        original(bag)
+    def fail(_bag: BagWriter) -> None:
+        raise OSError(28, "No space left on device") if failing == "_begin_file" else BagError("No space left on device")
 
     monkeypatch.setattr(BagWriter, failing, fail)
-    folder, refused = writer.write(small(tmp_path / "full", tmp_path / "spare"))
-    assert folder == tmp_path / "spare"
-    assert "No space left" in refused
+    head, messages = content(tmp_path / "full")
+    with pytest.raises(BagError, match="No space left"):
+        black_box.write(io.BytesIO(head + messages[0]))
     assert not (tmp_path / "full").exists()
 
 
@@ -203,7 +187,7 @@ class Boxes:
     """Black boxes of a node without ROS, whose bags are not written: `written` has what the writing process would get."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.written: list[list[writer.Message]] = []
+        self.written: list[Any] = []
         clock = SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=5))
         log = SimpleNamespace(warning=lambda _: None, error=lambda _: None, name="alpha.controller")
         node = SimpleNamespace(
@@ -212,12 +196,8 @@ class Boxes:
             get_clock=lambda: clock,
             parameters=BlackBoxParameters(),
         )
-        monkeypatch.setattr(black_box, "_run", self._take)
+        monkeypatch.setattr(black_box, "hand_over", lambda content: self.written.append(content[1:]))
         self.box = black_box.BlackBox(node, BlackBoxParameters(duration=30.0, directory="x"), lambda: 5)  # type: ignore[arg-type]
-
-    def _take(self, _head: Head, messages: Any) -> Any:
-        self.written.append([*messages])
-        return SimpleNamespace(returncode=0, stdout=b"x\n\n")
 
     def write(self, reason: str, ends: bool = False) -> None:
         self.box.write(reason, ends)
@@ -263,29 +243,30 @@ def test_a_node_writes_as_many_bags_as_it_may_and_no_more(monkeypatch: pytest.Mo
     assert len(boxes.written) == 3
 
 
-@pytest.mark.parametrize("code", [1, 2, -9])
+@pytest.mark.parametrize(
+    ("code", "reason"), [("exit 1", "its process ended"), ("echo no space left >&2; exit 2", "no space left")]
+)
 def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason(
-    monkeypatch: pytest.MonkeyPatch, code: int
+    monkeypatch: pytest.MonkeyPatch, code: str, reason: str
 ) -> None:
+    hand_over = black_box.hand_over
     boxes, lines = Boxes(monkeypatch), []
-    log = SimpleNamespace(error=lambda text: lines.append(("error", text)), name="controller")
+    monkeypatch.setattr(black_box, "hand_over", hand_over)
+    monkeypatch.setattr(black_box, "COMMAND", ("sh", "-c", f"cat > /dev/null; {code}"))
+    log = SimpleNamespace(error=lines.append, name="controller")
     monkeypatch.setattr(boxes.box._node, "get_logger", lambda: log)
-    done = SimpleNamespace(returncode=code, stdout=b"", stderr=b"no space left\n")
-    monkeypatch.setattr(black_box, "_run", lambda *_: done)
     boxes.box.keep("/cmd_wrench", conv.new_wrench())
     boxes.write("an error", ends=True)
-    assert lines == [("error", "the black box is not written: no space left")]
+    assert lines == [f"the black box is not written: {reason}"]
 
 
-@pytest.mark.parametrize("refused", ["", "the first folder cannot be made"])
-def test_the_line_that_names_a_black_box_has_its_cause(monkeypatch: pytest.MonkeyPatch, refused: str) -> None:
+def test_the_line_that_names_a_black_box_has_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     boxes, lines = Boxes(monkeypatch), []
     monkeypatch.setattr(boxes.box._node, "get_logger", lambda: SimpleNamespace(warning=lines.append, name="controller"))
-    done = SimpleNamespace(returncode=0, stdout=f"boxes/1\n{refused}".encode(), stderr=b"")
-    monkeypatch.setattr(black_box, "_run", lambda *_: done)
     boxes.box.keep("/cmd_wrench", conv.new_wrench())
     boxes.write("safe: another node commands as well", ends=True)
-    assert lines == [*filter(None, [refused]), "safe: another node commands as well: the black box is in boxes/1"]
+    (line,) = lines
+    assert line.startswith("safe: another node commands as well: the black box is in x/")
 
 
 def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:

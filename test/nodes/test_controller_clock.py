@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from driving import REFERENCE, STATE, RealTimePlant
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.nodes import controller_timer
+from vessel_hsmc_ros.nodes import controller_timing
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 
 SECOND = 1_000_000_000
@@ -103,10 +103,10 @@ def test_the_reason_of_a_clock_that_jumped_is_given_until_there_are_new_inputs(s
 def test_a_simulated_clock_that_stands_still_is_reported_until_it_goes_on(
     bench: Any, sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(controller_timer, "STANDSTILL", 0.5)
+    monkeypatch.setattr(controller_timing, "STANDSTILL", 0.5)
     node = sea.start(ControllerNode, law="guided")
     sea.run(0.3)
-    bench.until(lambda: node.status()[:2] == (DiagnosticStatus.WARN, controller_timer.STANDING))
+    bench.until(lambda: node.status()[:2] == (DiagnosticStatus.WARN, controller_timing.STANDING))
 
     def goes_on() -> bool:
         sea.run(0.01)

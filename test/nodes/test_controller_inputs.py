@@ -18,8 +18,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, VesselNode
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist, read_odometry
-from vessel_hsmc_ros.nodes.controller_steps import Lockstep
-from vessel_hsmc_ros.nodes.controller_timer import STANDING, STANDSTILL, WAITING
+from vessel_hsmc_ros.nodes.controller_timing import STANDING, STANDSTILL, WAITING, Lockstep
 
 START, PERIOD = 1_000_000_000_000, 10_000_000
 AT_REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import as_published
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import controller_steps, qos
+from vessel_hsmc_ros.nodes import controller_timing, qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
@@ -240,7 +240,7 @@ def test_odometry_that_goes_on_without_a_reference_of_its_stamps_is_reported_whi
 def test_references_without_matching_odometry_are_limited_in_number(
     bench: Any, plant: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(controller_steps, "REFERENCES_KEPT", 50)
+    monkeypatch.setattr(controller_timing, "REFERENCES_KEPT", 50)
     node = plant.connect(bench.start(ControllerNode))
     for k in range(60):
         plant.send_reference(k)

@@ -11,7 +11,7 @@ from rclpy.parameter import Parameter
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode

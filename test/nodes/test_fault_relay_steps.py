@@ -8,7 +8,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 from stepped_node import SteppedNode
 
-from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.fault_relay import FaultRelayNode
 from vessel_hsmc_ros.scenario.fault_script import dump_script

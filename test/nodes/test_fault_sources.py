@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from vessel_hsmc_ros.faults.fault import Fault, FaultScript
+from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.messages.topics import message_type
-from vessel_hsmc_ros.nodes import fault_sources
-from vessel_hsmc_ros.nodes.fault_sources import CLOCK_PERIOD, PUBLISHER_PERIOD, SecondPublisher, SteppedClock, stepped_nodes
+from vessel_hsmc_ros.nodes import fault_relay
+from vessel_hsmc_ros.nodes.fault_relay import CLOCK_PERIOD, PUBLISHER_PERIOD, SecondPublisher, SteppedClock, stepped_nodes
 
 SECOND = 1_000_000_000
 START = 1000 * SECOND
@@ -72,7 +72,7 @@ def test_a_clock_ticks_at_its_rate_however_often_it_is_looked_at() -> None:
 @pytest.mark.parametrize("kind", ["second_publisher", "mismatched_qos"])
 def test_a_second_node_is_there_exactly_while_its_fault_is_active(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     ros: Any = Ros()
-    monkeypatch.setattr(fault_sources, "Node", ros.node)
+    monkeypatch.setattr(fault_relay, "Node", ros.node)
     source = SecondPublisher(ros, Fault(at=1.0, duration=2.0, kind=kind, topic="cmd_wrench", amount=7.0), "second_one")
     there = []
     for k in range(40):
@@ -105,7 +105,7 @@ def test_a_second_publisher_of_each_topic_has_fresh_messages_of_its_type_and_its
     monkeypatch: pytest.MonkeyPatch, topic: str
 ) -> None:
     ros: Any = Ros()
-    monkeypatch.setattr(fault_sources, "Node", ros.node)
+    monkeypatch.setattr(fault_relay, "Node", ros.node)
     source = SecondPublisher(ros, Fault(kind="second_publisher", topic=topic, amount=7.0), "second_one")
     for k in range(2):
         now = START + k * SECOND

@@ -12,13 +12,13 @@ from stepped_node import SteppedNode
 from thruster_layouts import LAYOUTS, layout
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import drive, stop_latch, takeover, watchdog
+from vessel_hsmc_ros.boats import drive, takeover, watchdog
 from vessel_hsmc_ros.boats.drive import DriveNode
 from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input, reporting
+from vessel_hsmc_ros.nodes import commands, reporting
 from vessel_hsmc_ros.nodes.base import ERROR
-from vessel_hsmc_ros.nodes.command_output import finite
+from vessel_hsmc_ros.nodes.commands import finite
 from vessel_hsmc_ros.nodes.thruster_allocation import ThrusterAllocationNode
 
 NAN, INF = math.nan, math.inf
@@ -49,7 +49,7 @@ class Drive(SteppedNode):
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **more: Any) -> None:
         given = {"form": "cmd_vel", "ramp_time": 0.1, "command_timeout": 0.3, "surge_speed_limit": 3.0, "yaw_rate_limit": 0.5}
-        modules = (drive, stop_latch, command_input, reporting)
+        modules = (drive, takeover, commands, reporting)
         super().__init__(bench, monkeypatch, DriveNode, modules, **{**given, **more})
 
     def step(self, *state: float, steps: int = 1, command: tuple[float, float] = (10.0, 1.0)) -> None:
@@ -99,7 +99,7 @@ def test_whatever_is_commanded_shares_are_finite(bench: Any, monkeypatch: pytest
 
 
 def test_whatever_is_commanded_the_watched_wrench_is_finite(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, stop_latch, command_input, reporting), ramp_time=0.1)
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, takeover, commands, reporting), ramp_time=0.1)
     for command in itertools.product(NUMBERS, NUMBERS):
         made.wait(PERIOD)
         made.node._on_command(made.wrench(*command))
@@ -111,7 +111,7 @@ def test_whatever_is_commanded_the_watched_wrench_is_finite(bench: Any, monkeypa
 def test_whatever_is_commanded_at_whatever_speed_all_demands_are_finite(
     bench: Any, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    modules = (command_input, reporting)
+    modules = (commands, reporting)
     made = SteppedNode(bench, monkeypatch, ThrusterAllocationNode, modules, command_timeout=0.3, **layout(name))
     rng, message = np.random.default_rng(2), conv.new_odometry()
     speeds = NUMBERS if made.node._needs_speed else (0.0,)
@@ -147,22 +147,22 @@ def test_whatever_is_commanded_an_autopilot_can_take_it(bench: Any, monkeypatch:
     from vessel_hsmc_ros.boats import mavlink, mavlink_link
 
     monkeypatch.setattr(mavlink, "Link", Recording)
-    modules = (mavlink, mavlink_link, command_input, stop_latch, takeover, reporting)
+    modules = (mavlink, mavlink_link, commands, takeover, reporting)
     thrusters = {"channels": [2.0, 4.0], **layout("twin")} if form == "channels" else {}
     made = SteppedNode(bench, monkeypatch, mavlink.MavlinkNode, modules, form=form, **thrusters)
-    commands, sent = made.node._commands, []
-    monkeypatch.setattr(commands._link, "velocity", lambda *pair: sent.append(np.float32(pair)), raising=False)
+    given, sent = made.node._commands, []
+    monkeypatch.setattr(given._link, "velocity", lambda *pair: sent.append(np.float32(pair)), raising=False)
     for a, b in itertools.product(NUMBERS, NUMBERS):
         made.wait(PERIOD)
         if form == "manual":
-            commands._on_wrench(made.wrench(a, b))
+            given._on_wrench(made.wrench(a, b))
         twist = TwistStamped()
         twist.twist.linear.x, twist.twist.angular.z = a, b
-        commands._on_velocity(twist)
+        given._on_velocity(twist)
         for index, thrust in enumerate((a, b) if form == "channels" else ()):
-            commands._on_thrust(index, Float64(data=thrust))
+            given._on_thrust(index, Float64(data=thrust))
         with np.errstate(over="ignore"):
-            commands.send(commands.present() or commands.nothing)
+            given.send(given.present() or given.nothing)
     assert all(np.isfinite(pair).all() for pair in sent)
     assert len(sent) == (len(NUMBERS) ** 2 if form == "guided" else 0)
 

@@ -15,33 +15,15 @@ from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.nodes.process import run_node
 from vessel_hsmc_ros.scenario import parameters
 
-CLASSES = {
-    "vessel_sim": "vessel_sim_node.node:VesselSimNode",
-    "reference_ship": "vessel_hsmc_ros.nodes.reference_ship:ReferenceShipNode",
-    "controller": "vessel_hsmc_ros.nodes.controller:ControllerNode",
-    "thruster_allocation": "vessel_hsmc_ros.nodes.thruster_allocation:ThrusterAllocationNode",
-    "recorder": "vessel_hsmc_ros.nodes.recorder:RecorderNode",
-    "markers": "vessel_hsmc_ros.nodes.markers:MarkerNode",
-    "watchdog": "vessel_hsmc_ros.boats.watchdog:WatchdogNode",
-    "navsat_odom": "vessel_hsmc_ros.boats.navsat_odom:NavsatOdometryNode",
-    "drive": "vessel_hsmc_ros.boats.drive:DriveNode",
-    "mavlink": "vessel_hsmc_ros.boats.mavlink:MavlinkNode",
-    "px4": "vessel_hsmc_ros.boats.px4:Px4Node",
-    "live": "vessel_hsmc_ros.nodes.live:LiveNode",
-    "fault_relay": "vessel_hsmc_ros.nodes.fault_relay:FaultRelayNode",
-}
-
-LIBRARY = {"live": "foxglove", "mavlink": "pymavlink"}
-
 
 def found(name: str) -> Any:
     """The class of a node; skips the test without the node's library."""
-    module_name, _, class_name = CLASSES[name].partition(":")
+    program = PROGRAMS[name]
     if name == "px4" and definitions.module("px4_msgs.msg") is None:
         pytest.skip("px4_msgs is not installed, and nothing is there to compile it")
-    if name in LIBRARY:
-        pytest.importorskip(LIBRARY[name], exc_type=ImportError)
-    return getattr(importlib.import_module(module_name), class_name)
+    if name in ("live", "mavlink"):
+        pytest.importorskip(program.libraries[0], exc_type=ImportError)
+    return getattr(importlib.import_module(program.source), program.kind)
 
 
 @pytest.fixture
@@ -52,11 +34,7 @@ def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     rclpy.shutdown(context=context)
 
 
-def test_every_node_has_a_help_text() -> None:
-    assert CLASSES.keys() == PROGRAMS.keys()
-
-
-@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("option", ["-h", "--help"])
 def test_help_describes_task_topics_and_parameters_without_starting_the_node(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], name: str, option: str
@@ -94,7 +72,7 @@ def test_help_is_printed_where_the_encoding_lacks_characters(monkeypatch: pytest
     assert b"kg?m?" in raw.getvalue()
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@pytest.mark.parametrize("name", PROGRAMS)
 def test_an_unknown_argument_of_a_node_is_one_line_and_exit_code_2(capfd: pytest.CaptureFixture[str], name: str) -> None:
     node_class = found(name)
     assert run_node(node_class, ["--speed", "3"]) == 2

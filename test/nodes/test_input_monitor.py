@@ -11,7 +11,7 @@ from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.nodes import reporting
 from vessel_hsmc_ros.nodes.base import ERROR, WARN
-from vessel_hsmc_ros.nodes.input_monitor import Expected, InputMonitor
+from vessel_hsmc_ros.nodes.controller_inputs import Expected, InputMonitor
 
 TIMEOUT = 500_000_000
 INPUTS = ("odometry", "reference")

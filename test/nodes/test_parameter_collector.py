@@ -9,7 +9,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
-from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
+from vessel_hsmc_ros.nodes.recorder import ParameterCollector
 
 
 def test_an_unanswered_request_is_repeated_and_delays_other_nodes_only_for_a_while(bench: Any) -> None:

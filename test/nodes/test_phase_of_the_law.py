@@ -9,7 +9,7 @@ from driving import STATE
 from stepped_node import SteppedTime
 
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import controller_timer
+from vessel_hsmc_ros.nodes import controller_timing
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 
@@ -26,7 +26,7 @@ class Timed:
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
         self.node = bench.start(ControllerNode, lockstep=False, law="los_pid", input_timeout=0.3)
         self.time, self.offset, self.fires = SteppedTime(), 0, 0
-        monkeypatch.setattr(controller_timer, "time", self.time)
+        monkeypatch.setattr(controller_timing, "time", self.time)
         monkeypatch.setattr(self.node, "now", lambda: self.time.monotonic_ns() + self.offset)
         monkeypatch.setattr(self.node, "create_timer", self._note)
         monkeypatch.setattr(self.node, "destroy_timer", lambda _: None)

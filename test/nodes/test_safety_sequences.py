@@ -16,9 +16,8 @@ from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.control.safety.samples import Freshness
 from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.nodes.controller import ControllerNode
-from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
-from vessel_hsmc_ros.nodes.controller_timer import RealTime
-from vessel_hsmc_ros.nodes.input_monitor import InputMonitor
+from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, InputMonitor
+from vessel_hsmc_ros.nodes.controller_timing import RealTime
 
 
 @settings(max_examples=250)

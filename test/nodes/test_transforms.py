@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes.transforms import transform_of, transform_publisher
+from vessel_hsmc_ros.nodes.odometry_output import transform_of, transform_publisher
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 from vessel_sim_node.node import VesselSimNode
 

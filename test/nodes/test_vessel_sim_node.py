@@ -16,7 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.command_input import nothing
+from vessel_hsmc_ros.nodes.commands import nothing
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_sim_node.node import VesselSimNode
 

@@ -7,7 +7,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from driving import Helm, command
 
-from vessel_hsmc_ros.nodes.command_input import nothing
+from vessel_hsmc_ros.nodes.commands import nothing
 from vessel_sim_node.node import VesselSimNode
 
 

@@ -11,12 +11,12 @@ from thruster_layouts import layout
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input
+from vessel_hsmc_ros.nodes import commands
 from vessel_sim_node import drives, node
 from vessel_sim_node.node import VesselSimNode
 
 PERIOD, TIMEOUT = 0.05, 0.3
-MODULES = (node, drives, command_input)
+MODULES = (node, drives, commands)
 
 
 class Plant(SteppedNode):

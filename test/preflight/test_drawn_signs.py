@@ -10,8 +10,8 @@ from connections import healthy, of
 from drawn_drives import HAND, LOOPS, draw, judged, sail
 
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection
-from vessel_hsmc_ros.preflight.effects import GRID, effect, smoothed_command, tracked
 from vessel_hsmc_ros.preflight.rules import judge
+from vessel_hsmc_ros.preflight.sign_rules import GRID, effect, smoothed_command, tracked
 
 
 @pytest.mark.parametrize("seed", [101, 102])

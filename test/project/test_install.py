@@ -9,23 +9,10 @@ from pathlib import Path
 import pytest
 from source_tree import copy_source
 
+from vessel_hsmc_ros.core.node_list import PROGRAMS
+
 ROOT = Path(__file__).resolve().parents[2]
-EXECUTABLES = (
-    "vessel_sim_node",
-    "reference_ship_node",
-    "controller_node",
-    "recorder_node",
-    "marker_node",
-    "live_node",
-    "thruster_allocation_node",
-    "fault_relay_node",
-    "watchdog_node",
-    "drive_node",
-    "mavlink_node",
-    "px4_node",
-    "navsat_odom_node",
-    "vessel-hsmc",
-)
+EXECUTABLES = (*(program.executable for program in PROGRAMS.values()), "vessel-hsmc")
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
 OUR_PACKAGES = sysconfig.get_path("purelib")
 

@@ -13,12 +13,12 @@ from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import controller_timer
+from vessel_hsmc_ros.nodes import controller_timing
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
-from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
-from vessel_hsmc_ros.nodes.controller_timer import RealTime
+from vessel_hsmc_ros.nodes.controller_output import ControlDiagnostics
+from vessel_hsmc_ros.nodes.controller_timing import RealTime
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
@@ -124,7 +124,7 @@ class ControllerWithoutRos(ControllerNode):
     @contextmanager
     def on_its_clock(self) -> Any:
         """In this context the controller sees the steady clock of the test."""
-        with patch.object(controller_timer, "time", self.steady):
+        with patch.object(controller_timing, "time", self.steady):
             yield
 
     # -- what rclpy and its node would do ----------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from vessel_hsmc_ros.boats.mavlink_messages import Pulses
+from vessel_hsmc_ros.boats.autopilot import Pulses
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.thruster_layout import FIXED
@@ -83,16 +83,10 @@ class Physics:
     """The ship of a scenario, which sends a state for the outputs of each frame.
 
     A frame with the next number advances the ship by a period; one that is repeated is answered again; a number that goes back
-    is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has
-    sensors of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of
-    skid steering, left and right.
-
-    Raises:
-        ParameterError: the number of outputs does not fit, or a thruster turns.
-
-    Attributes:
-        time: Time of the physics, s.
-        frames, lost, repeated, starts: Numbers of frames, and of new starts.
+    is a new start of the autopilot, with which the ship starts anew. `parameters`: those of the plant. The autopilot has sensors
+    of its own: noise, bias and delays of these do not count. `wiring`: with thrusters an output for each, else those of skid
+    steering, left and right. `time`: time of the physics, s. `frames`, `lost`, `repeated`, `starts`: numbers of frames, and of
+    new starts.
     """
 
     def __init__(self, parameters: SimParameters, wiring: Wiring) -> None:
@@ -158,10 +152,7 @@ class Physics:
 
 
 def serve(physics: Physics, address: tuple[str, int], duration: float, report: Callable[[str], None]) -> None:
-    """Answer the frames that come to an address until the physics has reached a time.
-
-    `duration`: time after which it ends, s; 0: never. Raises RunError if the port is in use.
-    """
+    """Answer the frames that come to an address until the physics has reached a time."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
         try:
             server.bind(address)

@@ -11,15 +11,14 @@ from std_msgs.msg import Float64, UInt16
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.parameters import DriveParameters
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.boats.takeover import StopLatch
 from vessel_hsmc_ros.core.kernel import between, clip
 from vessel_hsmc_ros.core.thruster_layout import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import NO_COMMAND, Command, CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite, is_finite
+from vessel_hsmc_ros.nodes.commands import NO_COMMAND, Command, CommandInput, finite, is_finite
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
 
@@ -147,8 +146,6 @@ class DriveNode(VesselNode):
         )
         return f"form {p.form}, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_command(self, message: WrenchStamped) -> None:
         if isinstance(self._input, CommandInput):
             self._input.take(message)
@@ -230,8 +227,6 @@ class DriveNode(VesselNode):
             self.send(self._outputs["throttle"], Float64(data=float(a)))
             self.send(self._outputs["steering"], Float64(data=float(b) * p.steering_sign))
         self._sent += 1
-
-    # -- diagnostics and the end -------------------------------------------------------------------------------------
 
     def _send_zero(self) -> None:
         self._command = (0.0,) * len(self._command)

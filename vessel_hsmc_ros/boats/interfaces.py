@@ -13,11 +13,8 @@ import yaml
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.node_list import LOOP, WATCHERS
+from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.core.schema import suggestion
-
-FIRST = ("navsat_odom", "mavlink", "px4", "reference_ship", "controller", "thruster_allocation", "drive")
-"""The nodes in the order of their start."""
 
 
 class Interface(NamedTuple):
@@ -86,11 +83,12 @@ def interface_text(stack: Interface, name: str, vessel: KnownVessel, noise_known
 
 def commands(stack: Interface, name: str) -> list[str]:
     """The commands that start the nodes of an interface, for a ship of a name."""
-    names = {node: stack.nodes.get(node, {}) for node in FIRST if node in stack.nodes or node in ("reference_ship", "controller")}
-    programs = LOOP | WATCHERS
+    names: dict[str, Mapping[str, str]] = {}
+    for node, topics in stack.nodes.items():  # in the order of their start, with the reference before the controller
+        names |= {"reference_ship": {}, node: topics} if node == "controller" else {node: topics}
     files = " ".join(f"--params-file {shlex.quote(file)}" for file in (f"{name}.yaml", f"{name}_{stack.name}.yaml"))
     remaps = {node: "".join(f" -r {own}:={other}" for own, other in topics.items()) for node, topics in names.items()}
-    return [f"{programs[node].executable} --ros-args {files}{remaps[node]}" for node in names]
+    return [f"{PROGRAMS[node].executable} --ros-args {files}{remaps[node]}" for node in names]
 
 
 def _nested(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,29 +9,28 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-from vessel_hsmc_ros.boats.autopilot_parameters import MavlinkParameters
-from vessel_hsmc_ros.boats.datum import datum_publisher
-from vessel_hsmc_ros.boats.failsafe_parameters import ParameterReader
-from vessel_hsmc_ros.boats.handover import Handover, Sticks
-from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
-from vessel_hsmc_ros.boats.mavlink_messages import (
+from vessel_hsmc_ros.boats.autopilot import (
     SURFACE_MODES,
     Attitude,
     BootClock,
+    Handover,
+    ParameterReader,
     Position,
     Pulses,
+    Sticks,
     fields,
     filter_problem,
     mode_name,
     motion,
 )
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.boats.takeover import Takeover
+from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
+from vessel_hsmc_ros.boats.parameters import MavlinkParameters
+from vessel_hsmc_ros.boats.takeover import StopLatch, Takeover
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.transforms import transform_publisher
+from vessel_hsmc_ros.nodes.odometry_output import datum_publisher, transform_publisher
 
 POLL_PERIOD = 0.01  # time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect
 REPEAT = 2.0  # time after which a message that does not come is requested again, s

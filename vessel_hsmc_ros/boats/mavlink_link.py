@@ -12,14 +12,12 @@ from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from std_msgs.msg import Float64
 
-from vessel_hsmc_ros.boats.handover import Sticks
-from vessel_hsmc_ros.boats.mavlink_messages import RELEASED, YAW_RATE_AND_THRUST, Pulses, axes, axis_width, overrides
+from vessel_hsmc_ros.boats.autopilot import RELEASED, YAW_RATE_AND_THRUST, Pulses, Sticks, axes, axis_width, overrides
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite
+from vessel_hsmc_ros.nodes.commands import CommandInput, finite
 
 MOST_MESSAGES = 500  # messages that are read at a time: a flood must not keep the node from its other work
 AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
@@ -29,9 +27,6 @@ class Link:
     """A connection to the autopilot of a system.
 
     `target`: system of the autopilot; 0: the first one whose heartbeat is heard.
-
-    Raises:
-        RunError: the connection cannot be opened.
     """
 
     def __init__(self, address: str, baud: int, system: int, target: int) -> None:
@@ -83,8 +78,6 @@ class Link:
         if not self.target and kind == "HEARTBEAT" and message.autopilot != mavlink.MAV_AUTOPILOT_INVALID:
             self.target = system
         return bool(system == self.target)
-
-    # -- sending ------------------------------------------------------------------------------------------------------
 
     def _send(self, name: str, *values: Any) -> None:
         try:

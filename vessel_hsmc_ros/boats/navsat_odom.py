@@ -9,7 +9,6 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
-from vessel_hsmc_ros.boats.datum import datum_publisher
 from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
 from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
 from vessel_hsmc_ros.core.kinematics import Motion, heading_from_quaternion, in_body_frame, wrap
@@ -18,7 +17,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.epochs import Epochs
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
-from vessel_hsmc_ros.nodes.transforms import transform_publisher
+from vessel_hsmc_ros.nodes.odometry_output import datum_publisher, transform_publisher
 
 RATE = 10.0  # rate of fixes that the deadline of the odometry is offered for, Hz
 EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading"}

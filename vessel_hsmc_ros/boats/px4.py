@@ -8,20 +8,17 @@ from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from px4_msgs.msg import OffboardControlMode, RoverSteeringSetpoint, RoverThrottleSetpoint, VehicleOdometry, VehicleStatus
 
-from vessel_hsmc_ros.boats import px4_messages as px4
-from vessel_hsmc_ros.boats.autopilot_parameters import Px4Parameters
-from vessel_hsmc_ros.boats.handover import FAILSAFE, Handover
-from vessel_hsmc_ros.boats.mavlink_messages import BootClock
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.boats.takeover import Takeover
+from vessel_hsmc_ros.boats import autopilot as px4
+from vessel_hsmc_ros.boats.autopilot import FAILSAFE, BootClock, Handover
+from vessel_hsmc_ros.boats.parameters import Px4Parameters
+from vessel_hsmc_ros.boats.takeover import StopLatch, Takeover
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite
-from vessel_hsmc_ros.nodes.transforms import transform_publisher
+from vessel_hsmc_ros.nodes.commands import CommandInput, finite
+from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 
 RATE = 50.0  # rate of VehicleOdometry that the deadline of the odometry is offered for, Hz
 MICROSECOND = 1000  # in nanoseconds, the unit of time here; PX4 counts in microseconds
@@ -85,8 +82,6 @@ class Px4Node(VesselNode):
         limits = f"1 is {p.surge_force_limit:g} N and {p.yaw_moment_limit:g} N·m"
         return f"throttle and steering in Offboard, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
 
-    # -- messages of PX4 ----------------------------------------------------------------------------------------------
-
     def _on_status(self, message: Any) -> None:
         self._mode, self._heard = message.nav_state, time.monotonic()
         armed = message.arming_state == px4.ARMED
@@ -114,8 +109,6 @@ class Px4Node(VesselNode):
         self.send(self._odometry_out, self._odometry)
         self._publish_transform(self._odometry)
         self._published += 1
-
-    # -- commands -----------------------------------------------------------------------------------------------------
 
     def _on_command(self, message: WrenchStamped) -> None:
         self._input.take(message)
@@ -149,8 +142,6 @@ class Px4Node(VesselNode):
         """The time of PX4, µs, by its own stamps: that of this computer may be stepped; before the first one, the latter."""
         at = self._boot.stamp(time.monotonic())
         return self.now() // MICROSECOND if at is None else round(at * 1e6)
-
-    # -- diagnostics and the end --------------------------------------------------------------------------------------
 
     def retune(self, parameters: Px4Parameters) -> None:
         """Take a changed time-out."""

@@ -43,8 +43,7 @@ BEHIND = 0.2  # time by which the steps may be behind before the pace begins ane
 class Vrx(Node):
     """Publishes what the world's sensors and scoring say, and takes the thrusts.
 
-    Attributes:
-        world: The plant.
+    `world`: the plant.
     """
 
     def __init__(self, world: World, **options: Any) -> None:

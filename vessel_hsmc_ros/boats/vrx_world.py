@@ -44,14 +44,8 @@ def pose_error(motion: Motion, goal: Goal) -> float:
 class World:
     """The vessel with its thrusters, in the sea of some parameters, and the score of its station.
 
-    As in Gazebo, a thruster holds its last thrust and angle.
-
-    Raises:
-        ParameterError: the vessel has no thrusters.
-
-    Attributes:
-        steps: Number of steps since the start.
-        error, mean: Pose error of the last step, and its mean, m.
+    As in Gazebo, a thruster holds its last thrust and angle. `steps`: number of steps since the start. `error`, `mean`: pose
+    error of the last step, and its mean, m.
     """
 
     def __init__(self, parameters: SimParameters, goal: Goal) -> None:

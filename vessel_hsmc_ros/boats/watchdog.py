@@ -7,13 +7,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.boats.parameters import WatchdogParameters
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.boats.takeover import StopLatch
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import Command, CommandInput
-from vessel_hsmc_ros.nodes.command_output import finite
+from vessel_hsmc_ros.nodes.commands import Command, CommandInput, finite
 
 
 class WatchdogNode(VesselNode):
@@ -56,8 +55,6 @@ class WatchdogNode(VesselNode):
         nodes = ", ".join(self._heard_at) or "no node"
         return f"time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s, watches {nodes} for {p.heartbeat_timeout:g} s"
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_command(self, message: WrenchStamped) -> None:
         if self._input.take(message):
             p, (force, moment) = self.parameters, conversions.read_wrench(message)
@@ -82,8 +79,6 @@ class WatchdogNode(VesselNode):
         force, moment = finite(wrench, self.refuse)
         conversions.write_wrench(self._wrench, conversions.time_message(stamp), (force, moment))
         self.send(self._wrench_out, self._wrench)
-
-    # -- heartbeats and diagnostics --------------------------------------------------------------------------------------
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():

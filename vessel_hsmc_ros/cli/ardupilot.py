@@ -3,7 +3,7 @@
 import click
 
 from vessel_hsmc_ros.boats.ardupilot import PORT, Physics, Wiring, serve
-from vessel_hsmc_ros.boats.mavlink_messages import Pulses
+from vessel_hsmc_ros.boats.autopilot import Pulses
 from vessel_hsmc_ros.cli.console import print_line
 from vessel_hsmc_ros.cli.options import load_checked, parse_changes, scenario_argument, set_option
 from vessel_hsmc_ros.core.exceptions import ParameterError

@@ -34,8 +34,7 @@ def goto(x: float, y: float, heading: float | None, heading_deg: float | None, d
     if not all(map(math.isfinite, given)):
         raise ParameterError(f"goal must be finite numbers (got {' '.join(f'{value:g}' for value in given)})")
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import send_goal
-        from vessel_hsmc_ros.nodes.remote_actions import sail_to
+        from vessel_hsmc_ros.nodes.remote import sail_to, send_goal
 
         if detach:
             print_line(send_goal(remote, x, y, heading))

@@ -11,12 +11,16 @@ from typing import Any
 import click
 from rich.markup import escape
 
+from vessel_hsmc_ros.boats.missions.files import read_mission
 from vessel_hsmc_ros.boats.missions.legs import (
+    Placed,
     completed,
+    datum_of,
     fence_of_mission,
     leaving_fence,
     parameters_of,
     part_of,
+    placed,
     positions,
     survey_of,
     table_of,
@@ -24,8 +28,6 @@ from vessel_hsmc_ros.boats.missions.legs import (
     way_leaving_fence,
 )
 from vessel_hsmc_ros.boats.missions.mission import Mission, Pair, Refused
-from vessel_hsmc_ros.boats.missions.placing import Placed, datum_of, placed
-from vessel_hsmc_ros.boats.missions.reading import read_mission
 from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
 from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
@@ -318,8 +320,7 @@ def _send(whole: Mission, namespace: str, detach: bool) -> None:
         RunError: it takes no path, refuses this one, or does not come to its end.
     """
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import send_path
-        from vessel_hsmc_ros.nodes.remote_actions import sail_along
+        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
 
         poses = [(*point.place, 0.0) for point in whole.points]
         if detach:

@@ -122,8 +122,7 @@ def path(file: Path, detach: bool, namespace: str) -> None:
     """
     points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
     with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import send_path
-        from vessel_hsmc_ros.nodes.remote_actions import sail_along
+        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
 
         if detach:
             print_line(send_path(remote, points))

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.cli.console import print_line, progress_bar
 from vessel_hsmc_ros.core.exceptions import RunError
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.nodes.remote_actions import Progress, Result
+    from vessel_hsmc_ros.nodes.remote import Progress, Result
 
 detach_option = click.option("--detach", is_flag=True, help="Only send it, as a message, and do not wait for the end.")
 

@@ -73,14 +73,14 @@ WATCHERS = {
         "MavlinkNode",
         "mavlink_node",
         ("pymavlink",),
-        parameters="vessel_hsmc_ros.boats.autopilot_parameters:MavlinkParameters",
+        parameters="vessel_hsmc_ros.boats.parameters:MavlinkParameters",
     ),
     "px4": NodeProgram(
         "vessel_hsmc_ros.boats.px4",
         "Px4Node",
         "px4_node",
         ("px4_msgs",),
-        parameters="vessel_hsmc_ros.boats.autopilot_parameters:Px4Parameters",
+        parameters="vessel_hsmc_ros.boats.parameters:Px4Parameters",
     ),
 }
 """Nodes outside the closed loop: a run takes place without them, and their parameters are not part of a scenario."""

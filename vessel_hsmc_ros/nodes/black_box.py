@@ -1,21 +1,22 @@
-"""The black box of a node: its last messages, in bounded memory, written as a bag when an error occurs.
+"""The black box of a node: its last messages, serialised and in bounded memory, written as a bag when an error occurs.
 
-Messages are kept serialized: inputs are taken in that form and converted afterwards, and outputs are published in it.
-The bag is written by a process of its own, which a thread feeds message by message: building it here would block the control
-period.
+A process of its own writes the bag, which a thread feeds message by message: the node would delay its control period.
 """
 
 import pickle
 import re
 import subprocess
 import sys
-import tempfile
 import threading
 import time
+import uuid
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from datetime import datetime, timezone
-from typing import Any
+from pathlib import Path
+from shutil import rmtree
+from typing import Any, BinaryIO
 
 import yaml
 from rcl_interfaces.msg import Log
@@ -23,8 +24,8 @@ from rclpy.logging import LoggingSeverity, get_logging_directory
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
 
-from vessel_hsmc_ros.bags.black_box import WRITER, Head, Message
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions, raw
 from vessel_hsmc_ros.nodes import qos
@@ -35,27 +36,25 @@ MEMORY = 32 * 1024 * 1024  # limit of the messages kept, bytes: a controller at 
 LEAST_INTERVAL, MOST_BAGS = 60.0, 10  # least time between two bags of a process, s, and the largest number of them
 AFTERWARDS = 1.0  # time for which messages are still taken after an error, s, unless it ends the node
 WRITE_LIMIT = 20.0  # longest time for writing a bag, s
+COMMAND = ("nice", sys.executable, "-m", "vessel_hsmc_ros.nodes.black_box")  # the writing process
 
 
 class BlackBox:
     """Keeps the last messages of a node, and writes them as a bag on request; `stamp` returns the time of a message, ns."""
 
     def __init__(self, node: Node, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> None:
-        self._node, self._parameters, self._stamp = node, parameters, stamp
+        self._node, self._directory, self._stamp = node, parameters.directory, stamp
         self._span = round(parameters.duration * NANOSECONDS)
-        self._kept: deque[tuple[int, Message]] = deque()
-        self._size = 0
+        self._kept: deque[tuple[int, tuple[int, str, str, bytes]]] = deque()
+        self._size = self._bags = 0
         self._last = -LEAST_INTERVAL
-        self._bags = 0
         self._writing: threading.Thread | None = None
         self._ending = threading.Event()
 
     def keep(self, topic: str, message: Any, data: bytes = b"") -> None:
-        """Keep a message of a topic, given by its full name; `data` is its serialized form, where that is known."""
+        """Keep a message of a topic, given by its full name; `data` is its serialised form, where that is known."""
         data = data or serialize_message(message)
         if len(data) > MEMORY:  # it would displace all others
-            text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(data) / 1e6:.0f} MB)"
-            self._node.get_logger().warning(f"{text}: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
         self._kept.append((now, (self._stamp(), topic, raw.type_name(type(message)), data)))
@@ -81,10 +80,7 @@ class BlackBox:
             self.keep("/rosout", line)
 
     def write(self, reason: str, ends: bool = False) -> None:
-        """Write the messages as a bag, in the background; at most one in LEAST_INTERVAL, and MOST_BAGS in all.
-
-        After an error that ends the node nothing further is taken.
-        """
+        """Write the messages as a bag, in the background; after an error that ends the node nothing further is taken."""
         if ends:
             line = Log(level=int(LoggingSeverity.FATAL), name=self._node.get_logger().name, msg=reason)
             line.stamp = conversions.time_message(self._node.get_clock().now().nanoseconds)
@@ -106,29 +102,18 @@ class BlackBox:
     def _write(self, reason: str) -> None:
         self._ending.wait(AFTERWARDS)
         kept = [message for _, message in self._kept.copy()]  # a copy is one step of the interpreter: the deque is not locked
-        try:
-            done = _run(self._head(reason), kept)
-            failure = (done.stderr.decode(errors="replace").strip() or "its process ended") if done.returncode else ""
-        except (OSError, subprocess.SubprocessError) as error:
-            failure = str(error)
-        if failure:
-            self._node.get_logger().error(f"the black box is not written: {failure}")
-            return
-        folder, _, refused = done.stdout.decode().strip().partition("\n")
-        if refused:
-            self._node.get_logger().warning(refused)
-        self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
-
-    def _head(self, reason: str) -> Head:
-        """What the bag has besides messages, and where it may be written: the second folder is for a disk that is full."""
         node = self._node.get_fully_qualified_name()
-        values = schema.flatten(self._node.parameters)  # type: ignore[attr-defined]
-        listed = {name: list(value) if isinstance(value, tuple) else value for name, value in values.items()}
-        parameters = yaml.safe_dump({node: {"ros__parameters": tree(listed)}}, sort_keys=False)
-        name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}_{re.sub(r'[^0-9A-Za-z_]+', '_', node.strip('/'))}_{self._bags}"
-        wanted = self._parameters.directory or f"{get_logging_directory()}/black_box"
-        folders = [f"{wanted}/{name}", f"{tempfile.gettempdir()}/black_box/{name}"]
-        return Head(folders, {"mode": "black box", "reason": reason, "messages_dropped": "0"}, parameters)
+        name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}_{re.sub(r'[^0-9A-Za-z_]+', '_', node.strip('/'))}"
+        folder = f"{self._directory or f'{get_logging_directory()}/black_box'}/{name}_{uuid.uuid4().hex[:8]}"
+        flat = schema.flatten(self._node.parameters)  # type: ignore[attr-defined]
+        values = {name: list(value) if isinstance(value, tuple) else value for name, value in flat.items()}
+        parameters = yaml.safe_dump({node: {"ros__parameters": tree(values)}}, sort_keys=False)
+        try:
+            hand_over([(folder, reason, parameters), *kept])
+        except (OSError, subprocess.SubprocessError) as error:
+            self._node.get_logger().error(f"the black box is not written: {error}")
+        else:
+            self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
 
 
 def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> BlackBox | None:
@@ -141,16 +126,49 @@ def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int
     return box
 
 
-def _run(head: Head, messages: Sequence[Message]) -> "subprocess.CompletedProcess[bytes]":
-    """Pass a content to the writing process, and wait for it."""
-    command = [sys.executable, "-m", WRITER]
-    pipe = subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, start_new_session=True) as process:  # noqa: S603
+def hand_over(content: Sequence[Any]) -> None:
+    """Pass folder, reason and parameters, and then messages, to the writing process. Raises OSError if it writes no bag."""
+    with subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True) as process:  # noqa: S603
         try:
-            for part in (head, *messages):
+            for part in content:
                 pickle.dump(part, process.stdin)  # type: ignore[arg-type]
-            output, errors = process.communicate(timeout=WRITE_LIMIT)
+            _, errors = process.communicate(timeout=WRITE_LIMIT)
         except BaseException:
             process.kill()
             raise
-    return subprocess.CompletedProcess(command, process.returncode, output, errors)
+    if process.returncode:
+        raise OSError(errors.decode(errors="replace").strip() or "its process ended")
+
+
+def write(content: BinaryIO) -> None:
+    """Write the bag of a content, without a message that is cut off as the node was killed; where that fails nothing is left."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter, Topic, qos_entry
+    from vessel_hsmc_ros.messages.topics import definition
+
+    folder, reason, parameters = pickle.load(content)  # noqa: S301 - of the node that has started this process
+    writer = BagWriter(Path(folder), notes={"mode": "black box", "reason": reason, "messages_dropped": "0"})
+    topics: dict[str, Topic] = {}
+    try:
+        writer.attach(PARAMETERS, parameters)
+        with suppress(EOFError, pickle.UnpicklingError):
+            while True:
+                stamp, name, kind, data = pickle.load(content)  # noqa: S301
+                if name not in topics:
+                    text, store = definition(kind), get_typestore(Stores.EMPTY)
+                    store.register(get_types_from_msg(text, kind))
+                    topics[name] = Topic(name, kind, text, store.hash_rihs01(kind), [qos_entry(True, False)])
+                    writer.add_topic(topics[name])
+                writer.write(topics[name], data, stamp, stamp)
+        writer.close()
+    except BagError:
+        rmtree(folder, ignore_errors=True)
+        raise
+
+
+if __name__ == "__main__":
+    try:
+        write(sys.stdin.buffer)
+    except BagError as error:
+        sys.exit(str(error))

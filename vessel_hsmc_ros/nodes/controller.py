@@ -1,35 +1,21 @@
 """The controller node: runs a control law at a fixed rate on ROS time, and commands what its supervision allows."""
 
-import time
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
-from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
-from vessel_hsmc_msgs.msg import ControlState, ReferenceState
+from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.control.interface.actuators import described
-from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import sway_warning
-from vessel_hsmc_ros.control.safety.monitors import Alarm
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
-from vessel_hsmc_ros.control.safety.samples import hull_problem
 from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
-from vessel_hsmc_ros.nodes.black_box import installed
-from vessel_hsmc_ros.nodes.connections import Publishers
-from vessel_hsmc_ros.nodes.control_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference
-from vessel_hsmc_ros.nodes.controller_steps import Lockstep, RideThrough
-from vessel_hsmc_ros.nodes.controller_timer import RealTime
-from vessel_hsmc_ros.nodes.controller_timing import TimedNode, Timing
-from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.controller_output import CommandingNode, ControlDiagnostics, guard_task, operation_status
+from vessel_hsmc_ros.nodes.controller_timing import Lockstep, RealTime, RideThrough, Timing
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
@@ -40,7 +26,7 @@ CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 """Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
 
 
-class ControllerNode(TimedNode):
+class ControllerNode(CommandingNode):
     """Computes the wrench command from odometry and reference.
 
     Lockstep: every odometry message is answered by a command with the stamp of its step; that of late odometry is older.
@@ -58,62 +44,23 @@ class ControllerNode(TimedNode):
     """
     OPTIONS = " [--law-file FILE]..."
     take_options = staticmethod(load_named_files)
-    FIXED = frozenset(
-        {
-            "lockstep",
-            "rate_hz",
-            "recorded",
-            "frame_prefix",
-            "odometry",
-            "observer.enabled",
-            "black_box",
-            "ride_through",
-            "autostart",
-        }
-    )
 
     def __init__(self, **options: Any) -> None:
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
         super().__init__(**options)
         p = self.parameters
-        self.loop = make_control_loop(p)
-        self.stamp = -1  # an event before step 0 takes effect at step 0
-        self.clock_problem = ""
-        self.inputs = ControllerInputs(self, self.loop)
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
-        self._clock_step = RecentProblem()
-        self._begun, self._zeros = not (p.autostart or p.lockstep), LAST_COMMANDS
         self._outdated = False
-        self._alarms: dict[Reason, Alarm] = {}
-        self._violations: Counter[Reason] = Counter()
-        self._known = self.loop.law.known
-        self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
-        self.health = ControlDiagnostics(self.loop, p.lockstep)
-        self.black_box = installed(self, p.black_box, self.now)
-        self._create_topics(p.lockstep)
+        newest = qos.newest(p.lockstep)
+        self._state_input = listen_to_state(self, lambda measured: self._steps.take_odometry(measured), newest)
+        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), newest)
         self.reporter.offer("reset", self._reset)
-        self._unfit = self._why_unfit()
         self.manage(p.autostart or p.lockstep)
         if p.lockstep:
             self.activate_quietly()
         else:
             self.loop.supervision.standby()
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self.wall)
-
-    def _create_topics(self, lockstep: bool) -> None:
-        profile, newest, offered = qos.data(lockstep), qos.newest(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
-        self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
-        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
-        if lockstep:
-            self.connections.allow_one_publisher("cmd_wrench")
-        self._state_out = self.advertise(ControlState, "~/state", profile)
-        if self.loop.observer:
-            self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
-            self._estimate = self.framed(conversions.new_odometry())
-        self._command = self.framed(conversions.new_wrench())
-        self._state = self.framed(conversions.new_control_state())
-        self._state_input = listen_to_state(self, lambda measured: self._steps.take_odometry(measured), newest)
-        self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), newest)
 
     def describe(self) -> str:
         """The law and its rate."""
@@ -142,88 +89,8 @@ class ControllerNode(TimedNode):
         if self.connected:
             self.inputs.monitor.check(self._steps.pending)
 
-    # -- output -------------------------------------------------------------------------------------------------------
-
-    @contextmanager
-    def timed(self) -> Iterator[None]:
-        """Measure the computation time of the law; wall time, also on simulated time."""
-        began = time.perf_counter()
-        yield
-        self._compute_time = time.perf_counter() - began
-        self._compute_time_max = max(self._compute_time_max, self._compute_time)
-
-    def publish_command(self, stamp: int) -> None:
-        """Publish the present command, with the time of a step, ns; in real time and standby, nothing after some zeros."""
-        self.stamp = stamp
-        operation = self.loop.supervision.operation
-        if operation is Operation.STANDBY and not self.parameters.lockstep:
-            if self._zeros >= LAST_COMMANDS:
-                return
-            self._zeros += 1
-        else:
-            self._zeros = 0
-        conversions.write_wrench(self._command, conversions.time_message(stamp), self.loop.wrench)
-        self.send(self._command_out, self._command)
-
-    def publish_period(self, stamp: int, terms: Terms | None) -> None:
-        """Publish the command first, because the plant waits for it; then the state of the control period.
-
-        `stamp`: its time, ns. `terms`: the terms of the law; None if it has not run.
-        """
-        self.publish_command(stamp)
-        time_stamp = conversions.time_message(stamp)
-        if terms is not None:
-            self._updates += 1
-            self.health.stepped(terms)
-            self._report_alarms()
-            self._report_actuators()
-        conversions.write_terms(self._state, time_stamp, terms or Terms())
-        self._state.operation, self._state.reason = int(self.loop.supervision.operation), int(self.loop.supervision.reason)
-        self._state.compute_time = self._compute_time
-        self._state.missed_periods = self.loop.missed_periods
-        self.send(self._state_out, self._state)
-        if terms is not None and self.loop.estimate is not None:
-            conversions.write_odometry(self._estimate, time_stamp, self.loop.estimate)
-            self.send(self._estimate_out, self._estimate)
-        starts = self.parameters.start_enabled and not self.parameters.lockstep and not self._unfit
-        if not self._begun and starts and not self._steps.ready():
-            self.activate_quietly()
-
-    def _report_alarms(self) -> None:
-        """Log each monitor that begins to warn or to demand the safe action, and what it or the output guard has found."""
-        for monitor in self.loop.watch.monitors if self.loop.watch else ():
-            if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
-                text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
-                if monitor.alarm is Alarm.SAFE:
-                    self.get_logger().error(f"{text}; {self.loop.supervision.consequence}")
-                    if monitor.reason is Reason.FENCE and self.loop.enabled:
-                        self.reporter.event("fence", monitor.detail)
-                else:  # rclpy gives each line of code one severity
-                    self.get_logger().warning(text)
-            self._alarms[monitor.reason] = monitor.alarm
-        for reason in self.loop.supervision.violations - self._violations:
-            self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
-        self._violations = self.loop.supervision.violations.copy()
-
-    def _report_actuators(self) -> None:
-        """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""
-        if (known := self.loop.law.known) is not self._known:
-            self._known = known
-            if known is not self.loop.law.vessel:
-                self.get_logger().info(f"identified actuators of the yaw moment: {described(known)}; gains adapted")
-
-    # -- what a person commands ---------------------------------------------------------------------------------------
-
-    @property
-    def computes(self) -> bool:
-        """Whether the law is stepped, for its command or its terms."""
-        return self.lifecycle in ("active", "inactive")
-
     def configure(self) -> None:
-        """Make the control loop anew where parameters have been set since it was made; a stop stays latched.
-
-        Raises VesselHsmcError if the law cannot be made with them.
-        """
+        """Make the control loop anew where parameters have been set since it was made; a stop stays latched."""
         if not self._outdated:
             return
         p, stopped = self.parameters, self.loop.supervision.operation is Operation.STOPPED
@@ -238,16 +105,8 @@ class ControllerNode(TimedNode):
         self._outdated, self._unfit = False, self._why_unfit()
         self.get_logger().info(f"configured: {self.describe()}")
 
-    def _why_unfit(self) -> str:
-        """Why no command is to be sent with these parameters; a plant in lockstep is simulated, where nothing breaks."""
-        return "" if self.parameters.lockstep else self.missed or hull_problem(self.parameters.vessel, self.given)
-
     def begin(self) -> None:
-        """Let the law command.
-
-        Raises RefusalError if an input, a consumer or a command of a person is missing, the vessel is not described, or the
-        reference is too far away; with the reason.
-        """
+        """Let the law command."""
         if problem := self._unfit or ("" if self.parameters.lockstep else self.inputs.distance_problem()):
             raise RefusalError(problem)
         if refused := self.loop.supervision.activate(self._steps.ready()):
@@ -257,7 +116,7 @@ class ControllerNode(TimedNode):
     def refusal_text(self, reason: Reason) -> str:
         """The text of a reason, with the topic that it is about."""
         if reason is Reason.SECOND_PUBLISHER:
-            return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}: {self._commanding.others()}"
+            return self.second_command
         if reason is Reason.NO_CONSUMER:
             return f"{reason.text}, on {self.resolve_topic_name('cmd_wrench')}"
         overdue = self._steps.overdue()
@@ -283,14 +142,6 @@ class ControllerNode(TimedNode):
             raise RefusalError("the controller is not stopped")
         self.loop.supervision.rearm()
 
-    def has_consumer(self) -> bool:
-        """Whether a node takes the command."""
-        return self._command_out.get_subscription_count() > self._commanding.watching
-
-    def second_publisher(self) -> bool:
-        """Whether another node commands as well."""
-        return self._commanding.count() > 1
-
     def close(self) -> None:
         """In real time, leave the ship without a command: zero, acknowledged or several times."""
         # Put into standby, it may not have commanded zero yet.
@@ -305,10 +156,7 @@ class ControllerNode(TimedNode):
         super().close()
 
     def retune(self, parameters: ControllerParameters) -> None:
-        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured.
-
-        Raises ParameterError if the law rejects the gains, for instance because they are unstable at its rate.
-        """
+        """Apply changed gains of the law; the network weights are kept. An unconfigured node takes all when it is configured."""
         if self.lifecycle == "unconfigured" and not parameters.lockstep:
             make_control_loop(parameters)
             self._outdated = True
@@ -320,11 +168,6 @@ class ControllerNode(TimedNode):
     def _reset(self) -> str:
         self.loop.forget()
         return "weights and estimate are reset; time goes on"
-
-    def report_clock(self, reason: Reason, problem: str) -> None:
-        """Report a step of the clock."""
-        self._clock_step.report(LEVELS[reason.level], problem)
-        self.get_logger().warning(problem)
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Updates, missed periods and computation time of the law; a warning or an error while the law does not command."""

@@ -15,7 +15,7 @@ import numpy as np
 from vessel_hsmc_ros.core.exceptions import GoalError, RefusalError
 from vessel_hsmc_ros.core.fence import fence_of, leaving
 from vessel_hsmc_ros.guidance.waypoints import NONE, THROUGH, Point, Waypoint
-from vessel_hsmc_ros.nodes.action_messages import Way
+from vessel_hsmc_ros.nodes.actions import Way
 
 FIRST_LEAD, LONGER = 0.5, 2.0
 """Time from the beginning of the planning to that of the path, s, and its factor after each plan that came too late."""
@@ -66,8 +66,7 @@ class PathPlanning:
     def take(self) -> Sequence[Any]:
         """Let the reference follow the plan that is due.
 
-        Returns the waypoints; none where the plan came too late and is made again. Raises GoalError if the path cannot be
-        sailed.
+        Returns the waypoints; none where the plan came too late and is made again.
         """
         plan, self._plan = self._plan, None
         assert plan is not None  # noqa: S101 - due
@@ -97,10 +96,7 @@ def _unanswered(_why: str) -> None:
 class Helm:
     """The helm of a reference ship.
 
-    `node`: the node. `ship`: its reference. `period`: of the reference, s.
-
-    Attributes:
-        planning: Of paths, in real time.
+    `node`: the node. `ship`: its reference. `period`: of the reference, s. `planning`: of paths, in real time.
     """
 
     def __init__(self, node: Any, ship: Any, period: float) -> None:
@@ -137,10 +133,7 @@ class Helm:
         self._ship.held = False
 
     def require_free(self, points: Sequence[Point]) -> None:
-        """Refuse goals and paths of other programs like those of actions.
-
-        Raises GoalError while none is taken, or with the leg and the distance of one that leaves the fence.
-        """
+        """Refuse goals and paths of other programs like those of actions."""
         if why := self._node.actions.tasks.blocked:
             raise GoalError(why)
         self._require_within(points)

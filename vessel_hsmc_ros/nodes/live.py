@@ -39,12 +39,9 @@ class Subscriptions(ServerListener):  # type: ignore[misc] # the library's proto
 class LiveNode(VesselNode):
     """Advertises topics to clients and forwards the messages of those to which a client has subscribed.
 
-    A run's own topics are advertised before there is a client: the server announces a topic that is added later before it accepts
-    subscriptions to it, so that the subscription of a fast client would be lost. Other topics are advertised when their first
-    publisher appears.
-
-    Raises:
-        RunError: the port is in use.
+    A run's own topics are advertised before there is a client: the server announces a topic that is added later before it
+    accepts subscriptions to it, so that the subscription of a fast client would be lost. Other topics are advertised when their
+    first publisher appears.
     """
 
     NAME = "live"

@@ -66,8 +66,6 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
             if not fixed and self.has_parameter(name):
                 self.describe_parameter(name).read_only = locked
 
-    # -- for subclasses -----------------------------------------------------------------------------------------------
-
     @abstractmethod
     def configure(self) -> None:
         """Take the present parameters. Raises VesselHsmcError if they are not allowed; the node stays unconfigured."""
@@ -92,8 +90,6 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     def lifecycle(self) -> str:
         """Label of the present lifecycle state: unconfigured, inactive, active or finalized."""
         return str(self._state_machine.current_state[1])
-
-    # -- services -----------------------------------------------------------------------------------------------------
 
     def _serve_enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         response.success = self.activate() if request.data else self._deactivate()
@@ -133,8 +129,6 @@ class ManagedNode(LifecycleNodeMixin, VesselNode):  # type: ignore[misc]
     def _rearm(self) -> str:
         self.rearm()
         return "rearmed: in standby until ~/enable"
-
-    # -- transitions --------------------------------------------------------------------------------------------------
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take the present parameters; the node then computes."""

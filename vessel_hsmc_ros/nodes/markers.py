@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.hull import triangles
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
-from vessel_hsmc_ros.nodes.transforms import transform_of
+from vessel_hsmc_ros.nodes.odometry_output import transform_of
 from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
 SPACING = 0.5  # distance between two poses of a path, m

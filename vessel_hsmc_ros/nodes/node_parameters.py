@@ -28,8 +28,7 @@ RESEMBLANCE = 0.8
 def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
     """The parameters that a node is given, and those among them that are rclpy's own set to them.
 
-    `command_line`: that of its process; empty if the code that creates the node gives it all. Raises ParameterError if a rule
-    cannot be read, or a parameter of rclpy does not take its value.
+    `command_line`: that of its process; empty if the code that creates the node gives it all.
     """
     given = {name: Given(parameter.value, "") for name, parameter in node._parameter_overrides.items()}
     given |= given_parameters(command_line, node.get_fully_qualified_name())
@@ -44,11 +43,7 @@ def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
 
 
 def declare(node: Any, cls: type) -> Any:
-    """Declare a dataclass's parameters on a `VesselNode` and return the instance that it was started with.
-
-    Raises ParameterError if the node was given a parameter that is unknown, or a value that is not allowed; ScenarioError if a
-    vessel by name cannot be read.
-    """
+    """Declare a dataclass's parameters on a `VesselNode` and return the instance that it was started with."""
     # rclpy silently ignores overrides of parameters that are not declared; here a misspelt name is an error.
     given = {name: rule for name, rule in node.given.items() if not node.has_parameter(name) and not name.startswith(OVERRIDES)}
     entries = schema.entries(cls)
@@ -73,10 +68,7 @@ def declare(node: Any, cls: type) -> Any:
 
 
 def _declare(node: Any, instance: Any, fixed: bool = True) -> None:
-    """Declare the parameters of the mode or law that a node runs, and no longer those of another; the instance has them all.
-
-    `fixed`: whether those that cannot be changed while the node runs are read-only.
-    """
+    """Declare the parameters of the mode or law that a node runs, and no longer those of another; the instance has them all."""
     values = schema.flatten(instance)
     others = not_in_use(node.NAME, values)
     for name, entry in schema.entries(type(instance)).items():
@@ -135,7 +127,6 @@ def requested_changes(node: Any, requested: Sequence[Parameter]) -> list[Paramet
     """The changes of a request in the types of their parameters, without read-only ones that have their value already.
 
     `ros2 param` sends 5 for 5.0, and of a file that it has written itself `.inf` as a text, and all that is read-only.
-    Raises ParameterError if one is of a mode or law that the node does not run.
     """
     entries, others = schema.entries(node.PARAMETERS), not_in_use(node.NAME, schema.flatten(node.parameters))
     for change in requested:
@@ -179,10 +170,7 @@ def _number(value: Any) -> float:
 
 
 def take_changes(node: Any, changes: list[Parameter]) -> SetParametersResult:
-    """Apply the changed parameters of a request to a node, all of them or none.
-
-    `node`: a `VesselNode`. `changes`: of parameters of any kind; rclpy also passes those of its own, such as use_sim_time.
-    """
+    """Apply the changed parameters of a request to a node, all of them or none."""
     present = schema.flatten(node.parameters)
     # One that is only just being declared has the value that the node knows.
     values = {p.name: p.value for p in changes if p.name in present and node.has_parameter(p.name)}

@@ -63,11 +63,7 @@ class Snapshot(NamedTuple):
 
 
 class Observation:
-    """Takes the latest message of each topic when it is looked at; those in between are dropped by DDS, unread.
-
-    Raises:
-        RunError: no message of the vessel is received in time.
-    """
+    """Takes the latest message of each topic when it is looked at; those in between are dropped by DDS, unread."""
 
     def __init__(self, remote: Remote) -> None:
         self._remote = remote

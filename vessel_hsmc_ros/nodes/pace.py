@@ -14,11 +14,8 @@ class Pace:
 
     Period k is due at `start` + k·T by the node's clock. Overdue periods are taken at once, as many as CATCH_UP holds. After
     more, or after the clock was set back, the start moves so that the present period is due now: no period is skipped or
-    repeated, and the node goes on as after a pause. `grid`: the instants of the periods since the start.
-
-    Attributes:
-        start: Time of period 0 by the node's clock, ns.
-        moves: How often the start moved because of the clock or of a delay.
+    repeated, and the node goes on as after a pause. `grid`: the instants of the periods since the start. `start`: time of period
+    0 by the node's clock, ns. `moves`: how often the start moved because of the clock or of a delay.
     """
 
     def __init__(self, node: Any, grid: RateGrid) -> None:

@@ -30,58 +30,35 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 
-LOSSLESS = QoSProfile(
-    history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.VOLATILE
-)
-STREAM = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=100,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
+def profile(depth: int, reliable: bool = True, latched: bool = False, **others: Any) -> QoSProfile:
+    """The profile of the last messages of some number, 0 for all; latched: a reader that comes late receives them too."""
+    kept = {"history": HistoryPolicy.KEEP_LAST, "depth": depth} if depth else {"history": HistoryPolicy.KEEP_ALL}
+    return QoSProfile(
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        **kept,
+        **others,
+    )
+
+
+LOSSLESS, STREAM = profile(0), profile(100)
 DIAGNOSTICS = STREAM
-
-CLOCK = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1000,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-"""Transient local (latched): a late node receives the present time while the plant of a lockstep run waits."""
-
-CLOCK_OF_LOCKSTEP = QoSProfile(
-    history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)
+CLOCK = profile(1000, latched=True)  # a late node receives the present time while the plant of a lockstep run waits
+CLOCK_OF_LOCKSTEP = profile(0, latched=True)
 """The plant's own: a recorder without processor time for 1000 steps, which is 1.5 s, loses none of it as of the other topics."""
 
 EVENTS = CLOCK  # events are few and latched: a recorder that connects after the first one receives it too
-LATCHED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
-WATCHED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=50,
-    reliability=ReliabilityPolicy.BEST_EFFORT,
-    durability=DurabilityPolicy.VOLATILE,
-)
-LATEST = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=1, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
+LATCHED = profile(1, latched=True)
+WATCHED, LATEST = profile(50, reliable=False), profile(1, reliable=False)
 """Subscriptions of observers are best effort: a slow one loses messages and never blocks a publisher."""
+
+NEWEST = profile(10, reliable=False)
+"""Drivers of sensors publish best effort, as `SensorDataQoS` does; a reliable subscription would receive nothing from them."""
 
 
 def data(lockstep: bool) -> QoSProfile:
     """The profile of the data topics: lossless in lockstep, the last 100 messages in real time."""
     return LOSSLESS if lockstep else STREAM
-
-
-NEWEST = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=10, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
-"""Drivers of sensors publish best effort, as `SensorDataQoS` does; a reliable subscription would receive nothing from them."""
 
 
 def newest(lockstep: bool) -> QoSProfile:
@@ -106,15 +83,8 @@ def offered(lockstep: bool, rate_hz: float) -> QoSProfile:
     """
     if lockstep:
         return LOSSLESS
-    return QoSProfile(
-        history=STREAM.history,
-        depth=STREAM.depth,
-        reliability=STREAM.reliability,
-        durability=STREAM.durability,
-        deadline=Duration(seconds=PERIODS_OF_DEADLINE / rate_hz),
-        liveliness=LivelinessPolicy.AUTOMATIC,
-        liveliness_lease_duration=Duration(seconds=LEASE),
-    )
+    deadline, lease = Duration(seconds=PERIODS_OF_DEADLINE / rate_hz), Duration(seconds=LEASE)
+    return profile(100, deadline=deadline, liveliness=LivelinessPolicy.AUTOMATIC, liveliness_lease_duration=lease)
 
 
 def compatible(offered: QoSProfile, requested: QoSProfile) -> bool:
@@ -132,23 +102,14 @@ def recorded(publishers: Sequence[QoSProfile]) -> QoSProfile:
     # A subscription that requests more than a publisher offers receives nothing from it.
     reliable = all(offered.reliability is ReliabilityPolicy.RELIABLE for offered in publishers)
     latched = all(offered.durability is DurabilityPolicy.TRANSIENT_LOCAL for offered in publishers)
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_ALL,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
+    return profile(0, reliable, latched)
 
 
 def replayed(offered: Sequence[Mapping[str, Any]]) -> QoSProfile:
     """The profile of a replay's publisher, from the profiles of the recorded publishers in the bag."""
     reliable = all(profile["reliability"] != "best_effort" for profile in offered)
     latched = bool(offered) and all(profile["durability"] == "transient_local" for profile in offered)
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
-        depth=1000,
-        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
-    )
+    return profile(1000, reliable, latched)
 
 
 OVERRIDES = "qos_overrides."  # prefix of rclpy's parameters, such as `qos_overrides./odom.subscription.reliability: reliable`
@@ -173,10 +134,7 @@ class Compatibility:
         self._used: set[str] = set()
 
     def options(self, topic: str, own: str, profile: Any) -> dict[str, Any]:
-        """Further arguments of `create_publisher` and `create_subscription`, with a profile that a user may have overridden.
-
-        `topic`: name of the topic as it is given. `own`: publisher or subscription.
-        """
+        """Further arguments of `create_publisher` and `create_subscription`, with a profile that a user may have overridden."""
         profile = copy.copy(profile)  # rclpy writes the overrides into it
         callbacks = PublisherEventCallbacks if own == "publisher" else SubscriptionEventCallbacks
         made: dict[str, Any] = {"event_callbacks": callbacks(incompatible_qos=partial(self._note, topic, own, profile))}

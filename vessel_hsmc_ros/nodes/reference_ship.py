@@ -162,10 +162,7 @@ class ReferenceShipNode(VesselNode):
         self._reference.header.frame_id = self._pose.header.frame_id = frame
 
     def _check_order(self, stamp: float | None) -> None:
-        """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps.
-
-        Raises GoalError if it is before that of the last goal, which came out of order.
-        """
+        """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps."""
         last = self._goal_stamp
         if stamp is not None and last is not None and 0.0 < last - stamp <= REORDERED:
             raise GoalError(f"goal must be stamped after the last one, {last:.3f} s (got {stamp:.3f} s)")

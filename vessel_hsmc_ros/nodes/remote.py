@@ -1,17 +1,20 @@
-"""A client of running nodes: finds them, calls their services, reads and changes their parameters, sends them goals and paths."""
+"""A client of running nodes: finds them, calls their services, changes their parameters, sends them goals and paths."""
 
 import math
 import os
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
 import rclpy
+from action_msgs.msg import GoalStatus
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParametersAtomically
+from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.client import Client
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -54,10 +57,8 @@ class Service(NamedTuple):
 class Remote:
     """A connection with the nodes of one vessel, on a ROS context of its own; a context manager.
 
-    `namespace`: the vessel's namespace, without slashes at its ends.
-
-    Attributes:
-        node: The node through which it communicates; its name is hidden, so that recorders ignore it.
+    `namespace`: the vessel's namespace, without slashes at its ends. `node`: the node through which it communicates; its name is
+    hidden, so that recorders ignore it.
     """
 
     def __init__(self, namespace: str = "") -> None:
@@ -99,10 +100,7 @@ class Remote:
         return sorted({f"{namespace.rstrip('/')}/{name}" for name, namespace in names if not name.startswith("_")})
 
     def require(self, *names: str) -> None:
-        """Wait until nodes of the vessel are in the ROS graph.
-
-        Raises RunError if one is not found in time; the message names the nodes that were found.
-        """
+        """Wait until nodes of the vessel are in the ROS graph."""
 
         def missing() -> list[str]:
             there = self.nodes()
@@ -112,10 +110,7 @@ class Remote:
             raise RunError(self._not_found(missing()))
 
     def connect(self, services: Sequence[Service]) -> list[Client]:
-        """Clients of services that are all ready, so that a call of several nodes reaches all of them or none.
-
-        Raises RunError if a node or its service is not found in time.
-        """
+        """Clients of services that are all ready, so that a call of several nodes reaches all of them or none."""
         self.require(*(service.node for service in services))
         names = [f"{self.name(service.node)}/{service.name}" for service in services]
         clients = [self.node.create_client(service.kind, name) for service, name in zip(services, names, strict=True)]
@@ -138,7 +133,7 @@ class Remote:
 
         `topic`: relative to the vessel's namespace. `reader`: the node that has to receive it and confirms it by an event.
         `patience`: further wait for the event if the node does not report a problem, s. Returns the text of the event; empty if
-        none was received in time. Raises RunError if the node does not subscribe to the topic, or refuses the message.
+        none was received in time.
         """
         events: list[Event] = []
         statuses: dict[str, DiagnosticStatus] = {}
@@ -201,10 +196,7 @@ class Change(NamedTuple):
 
 
 def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str, Any]:
-    """Values of some parameters of a node; None for those that it does not have.
-
-    Raises RunError if the node is not found, or does not respond.
-    """
+    """Values of some parameters of a node; None for those that it does not have."""
     lister, getter = remote.connect(
         [Service(node, "list_parameters", ListParameters), Service(node, "get_parameters", GetParameters)]
     )
@@ -219,8 +211,7 @@ def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str,
 def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Change]:
     """Change parameters of running nodes. All are checked first, and those of one node are changed together or not at all.
 
-    `changes`: new values by `node.parameter`. Returns old and new values. Raises ParameterError if a parameter is unknown, is
-    set at the start only, or a value is not allowed; RunError if a node is not found, or does not respond.
+    `changes`: new values by `node.parameter`. Returns old and new values.
     """
     by_node: dict[str, dict[str, object]] = {}
     for key, value in changes.items():
@@ -262,10 +253,7 @@ def _checked(remote: Remote, node: str, values: Mapping[str, object]) -> list[Pa
 
 
 def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parameter:
-    """A parameter with a new value.
-
-    Raises ParameterError if it is read-only, or the value has the wrong type or is out of range.
-    """
+    """A parameter with a new value."""
     name = f"{node}.{descriptor.name}"
     if descriptor.read_only:
         start = f"start it with --set {name}={value}"
@@ -304,23 +292,27 @@ Pose = tuple[float, float, float]  # x, y, heading
 def send_goal(remote: Remote, x: float, y: float, heading: float | None) -> str:
     """Send a goal; returns a line that confirms it.
 
-    `heading`: None for the bearing of the goal from where the reference is now. Raises RunError if there is no reference node,
-    or it takes no goals, or refuses this one.
+    `heading`: None for the bearing of the goal from where the reference is now.
     """
-    frame = frame_of(remote, "goal")
-    message = pose_message((x, y, bearing(remote, x, y) if heading is None else heading), frame)
-    return _confirmed("goal", remote.publish(message, "goal_pose", REFERENCE))
+    return _confirmed("goal", remote.publish(_goal_pose(remote, x, y, heading, "goal"), "goal_pose", REFERENCE))
 
 
 def send_path(remote: Remote, poses: Sequence[Pose]) -> str:
-    """Send a path of waypoints; returns a line that confirms it.
+    """Send a path of waypoints; returns a line that confirms it."""
+    return _confirmed("path", remote.publish(_path(remote, poses), "path", REFERENCE, PLANNING_LIMIT))
 
-    Raises RunError if there is no reference node, or it takes no paths, or refuses this one.
-    """
-    message = Path()
-    message.header.frame_id = frame_of(remote, "path")
-    message.poses = [pose_message(pose, message.header.frame_id) for pose in poses]
-    return _confirmed("path", remote.publish(message, "path", REFERENCE, PLANNING_LIMIT))
+
+def _goal_pose(remote: Remote, x: float, y: float, heading: float | None, *modes: str) -> PoseStamped:
+    """A goal in the frame of the reference, which must be in one of some modes."""
+    frame = frame_of(remote, *modes)
+    return pose_message((x, y, bearing(remote, x, y) if heading is None else heading), frame)
+
+
+def _path(remote: Remote, poses: Sequence[Pose]) -> Path:
+    path = Path()
+    path.header.frame_id = frame_of(remote, "path")
+    path.poses = [pose_message(pose, path.header.frame_id) for pose in poses]
+    return path
 
 
 def bearing(remote: Remote, x: float, y: float) -> float:
@@ -332,10 +324,7 @@ def bearing(remote: Remote, x: float, y: float) -> float:
 
 
 def stated_datum(remote: Remote) -> tuple[float, float] | None:
-    """Latitude and longitude of the origin of the odometry, degrees; None where no node states them.
-
-    Raises RunError if one is to state them and has not, as before its first fix.
-    """
+    """Latitude and longitude of the origin of the odometry, degrees; None where no node states them."""
     remote.require(REFERENCE)
     found = remote.receive(NavSatFix, DATUM, qos.LATCHED, CONFIRMATION_LIMIT)
     if found is None and remote.node.count_publishers(remote.name(DATUM)):
@@ -364,3 +353,106 @@ def pose_message(pose: Pose, frame: str) -> PoseStamped:
 
 def _confirmed(kind: str, text: str) -> str:
     return f"{kind}: {text}" if text else f"{kind} sent; {REFERENCE} reported no new {kind} within {CONFIRMATION_LIMIT:g} s"
+
+
+LOOK = 0.5  # time after which it is looked at whether the server is still there, s
+GONE = 5.0  # time after which a server that is not there has ended, s
+
+
+class Progress(NamedTuple):
+    """How far a goal has come; legs and time are 0 where the type of the action has none."""
+
+    distance: float  # m
+    speed: float  # m/s
+    leg: int
+    legs: int
+    time_left: float  # s
+
+
+class Result(NamedTuple):
+    """How a goal has ended."""
+
+    reached: bool
+    text: str
+
+
+Show = Callable[[Progress], None]
+
+
+def sail_to(remote: Remote, x: float, y: float, heading: float | None, show: Show) -> Result:
+    """Sail to a pose, and wait for the end.
+
+    `heading`: None for the bearing of the goal from where the reference is now.
+    """
+    return _sail(remote, "navigate_to_pose", {"pose": _goal_pose(remote, x, y, heading, "goal", "path")}, show)
+
+
+def sail_along(remote: Remote, poses: Sequence[Pose], show: Show) -> Result:
+    """Sail along waypoints, and wait for the end; raises as `sail_to`."""
+    return _sail(remote, "follow_path", {"path": _path(remote, poses)}, show)
+
+
+def _sail(remote: Remote, name: str, fields: dict[str, Any], show: Show) -> Result:
+    kind = _type(remote, name)
+    client = ActionClient(remote.node, kind, remote.name(name))
+    if not remote.until(client.server_is_ready, DISCOVERY_LIMIT):
+        raise RunError(f"no action {remote.name(name)} within {DISCOVERY_LIMIT:g} s")
+    sending: Any = None
+    try:
+        for _ in range(int(ANSWER_LIMIT / REPEAT_AFTER)):  # a response is lost if the server has not discovered the client yet
+            sending = client.send_goal_async(kind.Goal(**fields), lambda message: show(_progress(message.feedback)))
+            if remote.until(sending.done, REPEAT_AFTER):
+                break
+        if not sending.done() or not sending.result().accepted:
+            raise RunError(f"{remote.name(REFERENCE)} has not accepted the goal within {ANSWER_LIMIT:g} s")
+        return _result(_awaited(remote, client, sending.result()))
+    except KeyboardInterrupt:
+        _cancel(remote, sending)
+        raise
+    finally:
+        client.destroy()
+
+
+def _type(remote: Remote, name: str) -> Any:
+    """The type that the server has: that of nav2_msgs, or of this package."""
+    full = remote.name(name)
+
+    def kinds() -> list[str]:
+        return list(dict(get_action_names_and_types(remote.node)).get(full, []))
+
+    if not remote.until(kinds, DISCOVERY_LIMIT):
+        raise RunError(f"{remote.name(REFERENCE)} has no action {full}: is it of an older version?")
+    package, _, kind = kinds()[0].split("/")
+    try:
+        return getattr(import_module(f"{package}.action"), kind)
+    except (ImportError, AttributeError):
+        raise RunError(f"{package}/action/{kind}, the type of {full}, is not installed here") from None
+
+
+def _awaited(remote: Remote, client: ActionClient, handle: Any) -> Any:
+    """Wait for the result. Raises RunError if the server has ended without one."""
+    result, absent = handle.get_result_async(), 0.0
+    while not remote.until(result.done, LOOK):
+        absent = 0.0 if client.server_is_ready() else absent + LOOK
+        if absent > GONE:
+            raise RunError(f"{remote.name(REFERENCE)} has ended before the goal")
+    return result.result()
+
+
+def _cancel(remote: Remote, sending: Any) -> None:
+    """Cancel the goal, also one that has not been accepted yet."""
+    if sending is not None and remote.until(sending.done, REPEAT_AFTER) and sending.result().accepted:
+        remote.until(sending.result().cancel_goal_async().done, ANSWER_LIMIT)
+
+
+def _result(response: Any) -> Result:
+    reached, result = response.status == GoalStatus.STATUS_SUCCEEDED, response.result
+    text = getattr(result, "error_msg", "") or ("reached" if reached else f"ended with code {result.error_code}")
+    return Result(reached, str(text))
+
+
+def _progress(feedback: Any) -> Progress:
+    left = getattr(feedback, "distance_remaining", getattr(feedback, "distance_to_goal", 0.0))
+    time = getattr(feedback, "estimated_time_remaining", None)
+    legs = int(getattr(feedback, "leg", 0)), int(getattr(feedback, "legs", 0))
+    return Progress(float(left), float(getattr(feedback, "speed", 0.0)), *legs, float(time.sec) if time else 0.0)

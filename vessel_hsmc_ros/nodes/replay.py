@@ -35,11 +35,7 @@ class Playing:
 
 
 class ReplayNode(Node):
-    """Publishes the messages of a bag; the service `~/pause` pauses and resumes.
-
-    Raises:
-        BagError: the bag contains no message of an installed type.
-    """
+    """Publishes the messages of a bag; the service `~/pause` pauses and resumes."""
 
     def __init__(self, bag: Bag, playing: Playing, **options: Any) -> None:
         super().__init__("replay", **options)

@@ -39,10 +39,7 @@ class DiagnosticTask(NamedTuple):
 
 
 def summarised(own: DiagnosticTask, others: Sequence[DiagnosticTask]) -> DiagnosticTask:
-    """The status of a node as a whole: that of its own work or, where that is OK, of all tasks that are not.
-
-    `others`: its further tasks; a STALE one counts as a warning.
-    """
+    """The status of a node as a whole: that of its own work or, where that is OK, of all tasks that are not."""
     raised = [task for task in others if task.level != OK]
     if own.level != OK or not raised:
         return own
@@ -54,10 +51,8 @@ class Reporter:
     """Publishes the diagnostics and the events of a node, and offers the services that cause events.
 
     `stamp`: returns the time of a report, ns. `parameters`: the dataclass of its parameters. A node without parameters that may
-    change while it runs, such as an observer of a run, has no events.
-
-    Attributes:
-        keep: Called with the topic and the message of each diagnostics and event: the black box, where the node has one.
+    change while it runs, such as an observer of a run, has no events. `keep`: called with the topic and the message of each
+    diagnostics and event: the black box, where the node has one.
     """
 
     def __init__(self, node: Node, stamp: Callable[[], int], parameters: type) -> None:
@@ -70,10 +65,7 @@ class Reporter:
             self._events = node.create_publisher(Event, EVENTS, qos.EVENTS)
 
     def diagnose(self, tasks: Sequence[DiagnosticTask], only_changes: bool = False) -> None:
-        """Publish a status for each task, the first of them that of the node as a whole.
-
-        `only_changes`: publish only if the level of one of them has changed since the last call.
-        """
+        """Publish a status for each task, the first of them that of the node as a whole."""
         levels = [task.level for task in tasks]
         if only_changes and levels == self._levels:
             return
@@ -119,11 +111,7 @@ class Reporter:
         self._node.create_service(Trigger, f"~/{kind}", serve)
 
     def offer_switch(self, kind: str, opposite: str, work: Callable[[bool], str]) -> None:
-        """Offer a service that switches something on and off by `work`, as `offer` does.
-
-        `kind`: name of the service below the node's, and kind of the event when it switches on. `opposite`: kind of the event
-        when it switches off. `work`: what the service does with the request's flag.
-        """
+        """Offer a service that switches something on and off by `work`, as `offer` does."""
 
         def serve(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
             response.success, response.message = self._done(kind if request.data else opposite, lambda: work(request.data))
@@ -204,20 +192,13 @@ def counted(name: str, count: int, recent: int, of: float, what: str) -> Diagnos
 
 
 def saturation(share: float, lasting: bool) -> DiagnosticTask:
-    """How much of the time a command is limited.
-
-    `share`: share of the commands of the last minute that were limited. `lasting`: whether a command has been at one limit for
-    longer than is normal.
-    """
+    """How much of the time a command is limited."""
     message = "at a limit for too long" if lasting else f"{share:.0%} of the last minute at a limit"
     return DiagnosticTask("saturation", WARN if lasting else OK, message, {"share": round(share, 4)})
 
 
 def bounded(name: str, values: Mapping[str, float], limit: float) -> DiagnosticTask:
-    """Magnitudes that should stay below a limit; NaN stands for a value that does not exist.
-
-    `limit`: a magnitude above it is a warning.
-    """
+    """Magnitudes that should stay below a limit; NaN stands for a value that does not exist."""
     present = {key: abs(value) for key, value in values.items() if not math.isnan(value)}
     above = [key for key, value in present.items() if value > limit]
     message = f"{' and '.join(above)} above {limit:g}" if above else "within its limit" if present else "the law has none"
@@ -225,10 +206,7 @@ def bounded(name: str, values: Mapping[str, float], limit: float) -> DiagnosticT
 
 
 def motion(values: Mapping[str, float], refused: str) -> DiagnosticTask:
-    """Whether a reference can be followed.
-
-    `refused`: why the latest goal or path was ignored; empty if it was not.
-    """
+    """Whether a reference can be followed."""
     wrong = [key for key, value in values.items() if not math.isfinite(value)]
     if wrong:
         return DiagnosticTask("feasibility", ERROR, f"not finite: {', '.join(wrong)}", dict(values))
@@ -236,11 +214,7 @@ def motion(values: Mapping[str, float], refused: str) -> DiagnosticTask:
 
 
 def recording(directory: Path, waited: float, dropped: int) -> list[DiagnosticTask]:
-    """The diagnostic tasks of a recorder: its queue, the space left on its disk, gaps in its topics.
-
-    `waited`: longest time for which a message has waited since the last call, s. `dropped`: number of messages that are
-    missing.
-    """
+    """The diagnostic tasks of a recorder: its queue, the space left on its disk, gaps in its topics."""
     slow = waited > LONGEST_WAIT
     gaps = f"{dropped} messages are missing" if dropped else "no message is missing"
     return [

@@ -21,19 +21,13 @@ _FIELD = re.compile(r"^[A-Za-z][\w/]*(?:<=\d+)?(?:\[[^\]]*\])?\s+([a-z]\w*)", re
 
 
 def check_ros() -> None:
-    """Check what ROS takes from the environment; choose another folder for its logs where the home cannot be written.
-
-    Raises InstallationError if ROS would not start, or two installations would mix; the message names the variable.
-    """
+    """Check what ROS takes from the environment; choose another folder for its logs where the home cannot be written."""
     for problem in _problems():
         raise InstallationError(problem)
 
 
 def check_messages() -> None:
-    """Check that the messages of this package are those that it was written for.
-
-    Raises ModuleNotFoundError if they are not installed; InstallationError if they are older, or newer.
-    """
+    """Check that the messages of this package are those that it was written for."""
     package = import_module(f"{MESSAGES}.msg")
     for path in sorted((share_directory() / "msg_defs" / "msg").glob("*.msg")):
         kind = getattr(package, path.stem, None)

@@ -21,11 +21,8 @@ class StatusListener:
     """Collects the latest diagnostics of each node in a namespace, on a ROS context of its own.
 
     `namespace`: the nodes' namespace, without slashes at its ends. `vessels`: namespaces of the vessels of a fleet, whose nodes
-    are named such as `vessel_2/controller`.
-
-    Attributes:
-        status: The latest diagnostics values of each node.
-        heard_at: Time of the latest status of each node, on the monotonic clock, s.
+    are named such as `vessel_2/controller`. `status`: the latest diagnostics values of each node. `heard_at`: time of the latest
+    status of each node, on the monotonic clock, s.
     """
 
     created = False  # whether this process has had one, and so the middleware

@@ -13,8 +13,7 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
-from vessel_hsmc_ros.nodes.command_input import Command, CommandInput, is_nothing, nothing
-from vessel_hsmc_ros.nodes.command_output import is_finite
+from vessel_hsmc_ros.nodes.commands import Command, CommandInput, is_finite, is_nothing, nothing
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.scenario.parameters import AllocationParameters
 
@@ -90,8 +89,6 @@ class ThrusterAllocationNode(VesselNode):
         """Answer the commands that were received before the start."""
         self._answer()
 
-    # -- commands -----------------------------------------------------------------------------------------------------
-
     def _on_odometry(self, message: Odometry) -> None:
         speed = read_odometry(message, self.parameters.odometry.twist_frame).motion.u
         if self.parameters.lockstep:
@@ -110,10 +107,7 @@ class ThrusterAllocationNode(VesselNode):
         self._answer()
 
     def _on_step(self, stamp: int, message: WrenchStamped) -> None:
-        """Lockstep: take a command; one with a later stamp than all before is the answer to the next step.
-
-        Raises SimulationError if there is none for the step, and the run cannot go on without it.
-        """
+        """Lockstep: take a command; one with a later stamp than all before is the answer to the next step."""
         answers = self._is_stopped or self.stamp < stamp <= self.stamp + LONGEST_STEP
         if answers:
             self._is_stopped, self.stamp = False, stamp
@@ -192,8 +186,6 @@ class ThrusterAllocationNode(VesselNode):
         thrusts = [publisher for publisher, _, part in self._demands_out if part == 0]
         for publisher in (*thrusts, *(publisher for publisher, *_ in self._speeds_out)):
             self.send(publisher, Float64(data=0.0))
-
-    # -- services and diagnostics -------------------------------------------------------------------------------------
 
     def retune(self, parameters: AllocationParameters) -> None:
         """Take a changed time-out."""

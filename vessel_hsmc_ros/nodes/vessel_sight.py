@@ -124,13 +124,10 @@ class VesselSight:
 class ObservedVessel:
     """Shows odometry to a reference that follows the vessel.
 
-    In lockstep the reference takes, at each tick of the clock, the odometry of the tick before, and none at the first two: a
-    run does not depend on the order in which messages come. It publishes its first state only after the first tick. The clock
-    is subscribed to after the odometry, so that the plant, whose ticks come, then knows the reader of its odometry too.
-    `reference`: the reference, a `FollowingReference`.
-
-    Attributes:
-        ticks: Stamps of the clock that the reference has not taken, ns.
+    In lockstep the reference takes, at each tick of the clock, the odometry of the tick before, and none at the first two: a run
+    does not depend on the order in which messages come. It publishes its first state only after the first tick. The clock is
+    subscribed to after the odometry, so that the plant, whose ticks come, then knows the reader of its odometry too.
+    `reference`: the reference, a `FollowingReference`. `ticks`: stamps of the clock that the reference has not taken, ns.
     """
 
     def __init__(self, node: Any, reference: Any) -> None:

@@ -5,48 +5,179 @@ crash_check.cpp and fence.cpp, libraries/AC_Fence, RC_Channel, AR_Motors and AP_
 geofence_params.yaml. A parameter that has not come is not shown, and never OK.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from vessel_hsmc_ros.boats.failsafe_parameters import ARDUPILOT, NAMES, PX4
+from vessel_hsmc_ros.boats.autopilot import ARDUPILOT, NAMES, PX4
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Autopilot, Connection, Finding
 
 Verdict = tuple[str, str]  # a level, and what the value means and what to set
-Judge = Callable[[float, Autopilot], Verdict]
+HOLD, HOME = "the boat stops in HOLD", "it sails home by itself: keep the way clear"
+STICKS = "a person must have the sticks in hand then: set 5 (Hold) or 7 (disarmed)"
+LAND = "Land mode, which a boat does not have: set"
+
+ARDUPILOT_RULES = f"""
+FS_ACTION: what a lost radio or ground station leads to
+  0 wrong: nothing, so that neither stops the boat: set 2 (HOLD)
+  1 3 ok: {HOME}
+  2 ok: {HOLD}
+  4 ok: {HOME}, or stops in HOLD
+FS_TIMEOUT: time, s, until a failsafe acts
+  <=0 todo: at once, by a single lost packet: set 1.5
+  >5 todo: the boat goes on so long: set 1.5
+  else ok: soon enough
+FS_THR_ENABLE: failsafe of the radio
+  0 wrong: a boat out of reach of its radio goes on: set 1, and FS_THR_VALUE below the lowest throttle
+  1 ok: acts when the radio is lost
+  2 ok: acts when the radio is lost, but in AUTO
+FS_GCS_ENABLE: failsafe of the heartbeats, which mavlink_node sends
+  0 wrong: nothing but RC_OVERRIDE_TIME acts when this computer dies: set 1
+  1 ok: acts when this computer falls silent
+  2 ok: acts when this computer falls silent, but in AUTO
+FS_GCS_TIMEOUT with FS_GCS_ENABLE: time, s, without a heartbeat until that failsafe acts
+  <=0 todo: it must be 2 s or more: set 3
+  >5 todo: the boat goes on so long: set 3
+  else ok: soon enough
+FS_CRASH_CHECK: what a boat that does not move under thrust in GUIDED or AUTO leads to
+  0 ok: nothing; a boat that keeps its station against a current is no crash
+  1 todo: HOLD, also where the boat keeps its station against a current: 0 if it is to do that in GUIDED
+  2 todo: disarmed, also where the boat keeps its station against a current: 0 if it is to do that in GUIDED
+FS_EKF_ACTION: what a lost position leads to in GUIDED and AUTO
+  0 wrong: nothing: a boat in GUIDED goes on without a position: set 1 (HOLD)
+  1 ok: {HOLD}
+  2 todo: a report alone: a boat in GUIDED goes on without a position: set 1 (HOLD)
+FS_EKF_THRESH: variance above which the position counts as lost
+  <=0 wrong: the filter is not watched: set 0.8
+  >1 todo: above all documented values: set 0.8
+  else ok: within the documented values
+FENCE_ENABLE: fence of the autopilot
+  0 todo: off: nothing but this computer keeps the boat in its waters; set 1 with a fence around them
+  1 ok: on
+FENCE_ACTION with FENCE_ENABLE: what a crossed fence leads to
+  0 wrong: a report alone: set 2 (HOLD)
+  1 3 ok: {HOME}
+  2 ok: {HOLD}
+  4 ok: {HOME}, or stops in HOLD
+  5 ok: it is disarmed
+FENCE_TYPE with FENCE_ENABLE: kinds of fences that count
+  &6 ok: circle or polygons
+  else wrong: none: set 6 (circle and polygons)
+RC_OVERRIDE_TIME: time, s, for which the last command of this computer holds once it is silent
+  0 wrong: no time: commands are ignored; set 1
+  <=0 wrong: the last command holds until the radio is switched: set 1
+  >3 wrong: the boat goes on so long: set 1
+  else ok: then the sticks count again; 1 is enough
+RC_OPTIONS: options of the radio
+  &1 wrong: bit 0: the receiver is ignored, and no person can take over: clear it
+  &2 wrong: bit 1: the commands of this computer are ignored: clear it
+  &4 todo: bit 2: the failsafe flag of the receiver is ignored: clear it, or test that a lost radio stops the boat
+  else ok: neither the receiver nor overrides are ignored
+MOT_THR_MIN: least throttle, % of the full one, that a command not 0 leads to
+  0 ok: none is added
+  else todo: small forces come out larger: 0 unless the motors need it
+MAV_GCS_SYSID SYSID_MYGCS: system of the ground station
+BATT_MONITOR: kind of battery monitor
+  0 todo: none: no battery ever counts as low; set the kind of yours
+  else ok: there is one
+BATT_FS_LOW_ACT with BATT_MONITOR: what a low battery leads to
+  0 todo: nothing: set 1 (RTL) while there is charge for the way home, or 2 (HOLD)
+  1 3 ok: {HOME}
+  2 ok: {HOLD}
+  4 ok: {HOME}, or stops in HOLD
+  5 ok: it is disarmed, and drifts
+BATT_LOW_VOLT with BATT_MONITOR: voltage below which the battery counts as low
+"""
+PX4_RULES = f"""
+COM_OF_LOSS_T: time, s, without this computer until Offboard ends
+  <=0 todo: at once, by a single gap: set 1
+  >2 wrong: the last setpoint holds so long: set 1
+  else ok: soon enough
+COM_OBL_RC_ACT: what the loss of this computer leads to
+  0 todo: Position mode: {STICKS}
+  1 todo: Altitude mode: {STICKS}
+  2 todo: Stabilized: {STICKS}
+  3 ok: {HOME}
+  4 todo: {LAND} 5 (Hold) or 7 (disarmed)
+  5 ok: Hold
+  6 ok: outputs off
+  7 ok: disarmed
+NAV_RCL_ACT: what a lost radio leads to
+  0 wrong: nothing: a boat out of reach of its radio goes on: set 1 (Hold)
+  1 ok: Hold
+  2 ok: {HOME}
+  3 todo: {LAND} 1 (Hold)
+  5 ok: outputs off
+  6 ok: disarmed
+COM_RCL_EXCEPT: modes in which a lost radio does not count
+  &4 wrong: Offboard is one of them: clear bit 2
+  else ok: Offboard is none of them
+NAV_DLL_ACT: what a lost ground station leads to
+  0 todo: nothing: set 1 (Hold) if one watches the boat
+  1 ok: Hold
+  2 ok: {HOME}
+  3 todo: {LAND} 1 (Hold)
+  5 ok: outputs off
+  6 ok: disarmed
+GF_ACTION: what a crossed fence leads to
+  0 todo: nothing: set 2 (Hold)
+  1 todo: a warning alone: set 2 (Hold)
+  2 ok: Hold
+  3 ok: {HOME}
+  4 ok: outputs off
+  5 todo: {LAND} 2 (Hold)
+GF_MAX_HOR_DIST: largest distance from home, m
+  >0 ok: on
+  else todo: off: set it, or upload a fence around your waters
+COM_LOW_BAT_ACT: what a low battery leads to
+  0 todo: a warning alone: set 3 (Return)
+  2 todo: {LAND} 3 (Return)
+  3 4 ok: {HOME}
+"""
+"""By parameter: the one without which it has no effect, what it is, and its verdicts by values, of which the first counts: equal,
+at most, above, with a bit of a mask, any other. Of two names the first one that has come counts: firmware renames them."""
 
 
 class Rule(NamedTuple):
-    """A parameter, what it is, and what its value means for a vessel that this package steers."""
+    """A parameter by its names, what it is, the one without which it has no effect, and the verdicts by values."""
 
-    names: tuple[str, ...]  # the first of them that has come counts: firmware renames parameters
+    names: tuple[str, ...]
     what: str
-    judge: Judge
-    goes_with: str = ""  # a parameter without effect where this one is 0
+    goes_with: str
+    verdicts: tuple[tuple[str, Verdict], ...]
 
-
-def options(ok: Mapping[int, str], others: Mapping[int, Verdict]) -> Judge:
-    """The rule of a parameter that has some values by number."""
-    table = {**{number: (OK, text) for number, text in ok.items()}, **others}
-
-    def judge(value: float, _: Autopilot) -> Verdict:
+    def judge(self, value: float, autopilot: Autopilot) -> Verdict:
+        """What its value means for a vessel that this package steers."""
+        if special := SPECIAL.get(self.names[0]):
+            return special(value, autopilot)
         unknown = TODO, "a value that this check does not know: look it up in the documentation of the firmware"
-        return table.get(int(value), unknown) if value == int(value) else unknown
-
-    return judge
+        return next((verdict for values, verdict in self.verdicts if any(holds(value, each) for each in values.split())), unknown)
 
 
-def between(low: float, high: float, ok: str, below: Verdict, above: Verdict) -> Judge:
-    """The rule of a number that is to be above `low`, and at most `high`."""
-    return lambda value, _: below if value <= low else above if value > high else (OK, ok)
+def holds(value: float, condition: str) -> bool:
+    """Whether a value is as a condition of the table has it."""
+    if condition.startswith("&"):
+        return bool(int(value) & int(condition[1:]))
+    if condition[0] in "<>":
+        return value <= float(condition[2:]) if condition[0] == "<" else value > float(condition[1:])
+    return condition == "else" or value == float(condition)
 
 
-def without_bits(bits: Mapping[int, Verdict], ok: str) -> Judge:
-    """The rule of a mask in which some bits, by their values, must not be set."""
-    return lambda value, _: next((verdict for bit, verdict in bits.items() if int(value) & bit), (OK, ok))
+def rules_of(table: str) -> tuple[Rule, ...]:
+    """The rules of a table."""
+    found: list[Rule] = []
+    for line in table.strip().splitlines():
+        head, _, text = line.partition(": ")
+        if line.startswith(" "):
+            values, level = head.strip().rsplit(" ", 1)
+            found[-1] = found[-1]._replace(verdicts=(*found[-1].verdicts, (values, (level, text))))
+        else:
+            names, _, goes_with = head.partition(" with ")
+            found.append(Rule(tuple(names.split()), text, goes_with, ()))
+    return tuple(found)
 
 
 def own_system(value: float, autopilot: Autopilot) -> Verdict:
-    """The rule of the ground station: MAV_GCS_SYSID to MAV_GCS_SYSID_HI, if that is not below, are the systems that count."""
+    """Of the ground station: MAV_GCS_SYSID to MAV_GCS_SYSID_HI, if that is not below, are the systems that count."""
     highest = max(value, autopilot.values.get("MAV_GCS_SYSID_HI", value))
     own = f"mavlink.system_id = {autopilot.system_id}"
     if value <= autopilot.system_id <= highest:
@@ -55,248 +186,15 @@ def own_system(value: float, autopilot: Autopilot) -> Verdict:
 
 
 def threshold(value: float, autopilot: Autopilot) -> Verdict:
-    """The rule of the battery's thresholds, voltage and charge, of which one is enough."""
+    """Of the battery's thresholds, voltage and charge, of which one is enough."""
     charge = autopilot.values.get("BATT_LOW_MAH", 0.0)
     if value > 0.0 or charge > 0.0:
         return OK, f"counts as low below {f'{value:g} V' if value > 0.0 else f'{charge:g} mAh'}"
     return TODO, "with BATT_LOW_MAH 0 no battery ever counts as low: set the voltage"
 
 
-HOLD = "the boat stops in HOLD"
-HOME = "it sails home by itself: keep the way clear"
-
-ARDUPILOT_RULES = (
-    Rule(
-        ("FS_ACTION",),
-        "what a lost radio or ground station leads to",
-        options(
-            {1: HOME, 2: HOLD, 3: HOME, 4: f"{HOME}, or stops in HOLD"},
-            {0: (WRONG, "nothing, so that neither stops the boat: set 2 (HOLD)")},
-        ),
-    ),
-    Rule(
-        ("FS_TIMEOUT",),
-        "time, s, until a failsafe acts",
-        between(
-            0.0,
-            5.0,
-            "soon enough",
-            (TODO, "at once, by a single lost packet: set 1.5"),
-            (TODO, "the boat goes on so long: set 1.5"),
-        ),
-    ),
-    Rule(
-        ("FS_THR_ENABLE",),
-        "failsafe of the radio",
-        options(
-            {1: "acts when the radio is lost", 2: "acts when the radio is lost, but in AUTO"},
-            {0: (WRONG, "a boat out of reach of its radio goes on: set 1, and FS_THR_VALUE below the lowest throttle")},
-        ),
-    ),
-    Rule(
-        ("FS_GCS_ENABLE",),
-        "failsafe of the heartbeats, which mavlink_node sends",
-        options(
-            {1: "acts when this computer falls silent", 2: "acts when this computer falls silent, but in AUTO"},
-            {0: (WRONG, "nothing but RC_OVERRIDE_TIME acts when this computer dies: set 1")},
-        ),
-    ),
-    Rule(
-        ("FS_GCS_TIMEOUT",),
-        "time, s, without a heartbeat until that failsafe acts",
-        between(0.0, 5.0, "soon enough", (TODO, "it must be 2 s or more: set 3"), (TODO, "the boat goes on so long: set 3")),
-        goes_with="FS_GCS_ENABLE",
-    ),
-    Rule(
-        ("FS_CRASH_CHECK",),
-        "what a boat that does not move under thrust in GUIDED or AUTO leads to",
-        options(
-            {0: "nothing; a boat that keeps its station against a current is no crash"},
-            {
-                1: (TODO, "HOLD, also where the boat keeps its station against a current: 0 if it is to do that in GUIDED"),
-                2: (TODO, "disarmed, also where the boat keeps its station against a current: 0 if it is to do that in GUIDED"),
-            },
-        ),
-    ),
-    Rule(
-        ("FS_EKF_ACTION",),
-        "what a lost position leads to in GUIDED and AUTO",
-        options(
-            {1: HOLD},
-            {
-                0: (WRONG, "nothing: a boat in GUIDED goes on without a position: set 1 (HOLD)"),
-                2: (TODO, "a report alone: a boat in GUIDED goes on without a position: set 1 (HOLD)"),
-            },
-        ),
-    ),
-    Rule(
-        ("FS_EKF_THRESH",),
-        "variance above which the position counts as lost",
-        between(
-            0.0,
-            1.0,
-            "within the documented values",
-            (WRONG, "the filter is not watched: set 0.8"),
-            (TODO, "above all documented values: set 0.8"),
-        ),
-    ),
-    Rule(
-        ("FENCE_ENABLE",),
-        "fence of the autopilot",
-        options(
-            {1: "on"},
-            {0: (TODO, "off: nothing but this computer keeps the boat in its waters; set 1 with a fence around them")},
-        ),
-    ),
-    Rule(
-        ("FENCE_ACTION",),
-        "what a crossed fence leads to",
-        options(
-            {1: HOME, 2: HOLD, 3: HOME, 4: f"{HOME}, or stops in HOLD", 5: "it is disarmed"},
-            {0: (WRONG, "a report alone: set 2 (HOLD)")},
-        ),
-        goes_with="FENCE_ENABLE",
-    ),
-    Rule(
-        ("FENCE_TYPE",),
-        "kinds of fences that count",
-        lambda value, _: (OK, "circle or polygons") if int(value) & 6 else (WRONG, "none: set 6 (circle and polygons)"),
-        goes_with="FENCE_ENABLE",
-    ),
-    Rule(
-        ("RC_OVERRIDE_TIME",),
-        "time, s, for which the last command of this computer holds once it is silent",
-        lambda value, autopilot: (
-            (WRONG, "no time: commands are ignored; set 1")
-            if value == 0.0
-            else between(
-                0.0,
-                3.0,
-                "then the sticks count again; 1 is enough",
-                (WRONG, "the last command holds until the radio is switched: set 1"),
-                (WRONG, "the boat goes on so long: set 1"),
-            )(value, autopilot)
-        ),
-    ),
-    Rule(
-        ("RC_OPTIONS",),
-        "options of the radio",
-        without_bits(
-            {
-                1: (WRONG, "bit 0: the receiver is ignored, and no person can take over: clear it"),
-                2: (WRONG, "bit 1: the commands of this computer are ignored: clear it"),
-                4: (
-                    TODO,
-                    "bit 2: the failsafe flag of the receiver is ignored: clear it, or test that a lost radio stops the boat",
-                ),
-            },
-            "neither the receiver nor overrides are ignored",
-        ),
-    ),
-    Rule(
-        ("MOT_THR_MIN",),
-        "least throttle, % of the full one, that a command not 0 leads to",
-        lambda value, _: (
-            (OK, "none is added") if value == 0.0 else (TODO, "small forces come out larger: 0 unless the motors need it")
-        ),
-    ),
-    Rule(("MAV_GCS_SYSID", "SYSID_MYGCS"), "system of the ground station", own_system),
-    Rule(
-        ("BATT_MONITOR",),
-        "kind of battery monitor",
-        lambda value, _: (OK, "there is one") if value else (TODO, "none: no battery ever counts as low; set the kind of yours"),
-    ),
-    Rule(
-        ("BATT_FS_LOW_ACT",),
-        "what a low battery leads to",
-        options(
-            {1: HOME, 2: HOLD, 3: HOME, 4: f"{HOME}, or stops in HOLD", 5: "it is disarmed, and drifts"},
-            {0: (TODO, "nothing: set 1 (RTL) while there is charge for the way home, or 2 (HOLD)")},
-        ),
-        goes_with="BATT_MONITOR",
-    ),
-    Rule(("BATT_LOW_VOLT",), "voltage below which the battery counts as low", threshold, goes_with="BATT_MONITOR"),
-)
-
-STICKS = "a person must have the sticks in hand then: set 5 (Hold) or 7 (disarmed)"
-
-PX4_RULES = (
-    Rule(
-        ("COM_OF_LOSS_T",),
-        "time, s, without this computer until Offboard ends",
-        between(
-            0.0, 2.0, "soon enough", (TODO, "at once, by a single gap: set 1"), (WRONG, "the last setpoint holds so long: set 1")
-        ),
-    ),
-    Rule(
-        ("COM_OBL_RC_ACT",),
-        "what the loss of this computer leads to",
-        options(
-            {3: HOME, 5: "Hold", 6: "outputs off", 7: "disarmed"},
-            {
-                0: (TODO, f"Position mode: {STICKS}"),
-                1: (TODO, f"Altitude mode: {STICKS}"),
-                2: (TODO, f"Stabilized: {STICKS}"),
-                4: (TODO, "Land mode, which a boat does not have: set 5 (Hold) or 7 (disarmed)"),
-            },
-        ),
-    ),
-    Rule(
-        ("NAV_RCL_ACT",),
-        "what a lost radio leads to",
-        options(
-            {1: "Hold", 2: HOME, 5: "outputs off", 6: "disarmed"},
-            {
-                0: (WRONG, "nothing: a boat out of reach of its radio goes on: set 1 (Hold)"),
-                3: (TODO, "Land mode, which a boat does not have: set 1 (Hold)"),
-            },
-        ),
-    ),
-    Rule(
-        ("COM_RCL_EXCEPT",),
-        "modes in which a lost radio does not count",
-        without_bits({4: (WRONG, "Offboard is one of them: clear bit 2")}, "Offboard is none of them"),
-    ),
-    Rule(
-        ("NAV_DLL_ACT",),
-        "what a lost ground station leads to",
-        options(
-            {1: "Hold", 2: HOME, 5: "outputs off", 6: "disarmed"},
-            {
-                0: (TODO, "nothing: set 1 (Hold) if one watches the boat"),
-                3: (TODO, "Land mode, which a boat does not have: set 1 (Hold)"),
-            },
-        ),
-    ),
-    Rule(
-        ("GF_ACTION",),
-        "what a crossed fence leads to",
-        options(
-            {2: "Hold", 3: HOME, 4: "outputs off"},
-            {
-                0: (TODO, "nothing: set 2 (Hold)"),
-                1: (TODO, "a warning alone: set 2 (Hold)"),
-                5: (TODO, "Land mode, which a boat does not have: set 2 (Hold)"),
-            },
-        ),
-    ),
-    Rule(
-        ("GF_MAX_HOR_DIST",),
-        "largest distance from home, m",
-        lambda value, _: (OK, "on") if value > 0.0 else (TODO, "off: set it, or upload a fence around your waters"),
-    ),
-    Rule(
-        ("COM_LOW_BAT_ACT",),
-        "what a low battery leads to",
-        options(
-            {3: HOME, 4: HOME},
-            {
-                0: (TODO, "a warning alone: set 3 (Return)"),
-                2: (TODO, "Land mode, which a boat does not have: set 3 (Return)"),
-            },
-        ),
-    ),
-)
+SPECIAL = {"MAV_GCS_SYSID": own_system, "BATT_LOW_VOLT": threshold}
+RULES = {ARDUPILOT: rules_of(ARDUPILOT_RULES), PX4: rules_of(PX4_RULES)}
 
 SILENCE = {
     "mavlink": "start mavlink_node, which reads the parameters of the autopilot, and check again",
@@ -308,14 +206,9 @@ SILENCE = {
 UNHEARD = "mavlink_node hears no ArduPilot or PX4: see that it is switched on, and mavlink.connection"
 UNREQUESTED = "mavlink.stream_rate is 0, so that nothing is requested from the autopilot: raise it"
 
-RULES = {ARDUPILOT: ARDUPILOT_RULES, PX4: PX4_RULES}
-
 
 def autopilot_of(node: str, told: Mapping[str, str]) -> Autopilot | None:
-    """What an autopilot tells by the diagnostics of mavlink_node; None for a stack without an autopilot that is read.
-
-    `node`: the node that connects it, or the name of the stack. `told`: keys and values of the diagnostics, empty without any.
-    """
+    """What an autopilot tells by the diagnostics of mavlink_node; None for a stack without an autopilot that is read."""
     if node not in SILENCE:
         return None
     if not told:

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Endpoint, Ro
 from vessel_hsmc_ros.preflight.expected import connection_of, values_of
 from vessel_hsmc_ros.preflight.failsafe_rules import autopilot_of
 from vessel_hsmc_ros.preflight.rules import judge
-from vessel_hsmc_ros.preflight.stamp_rules import clocks_differ
+from vessel_hsmc_ros.preflight.samples import clocks_differ
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from vessel_hsmc_msgs.msg import ControlState, Event
 
 from vessel_hsmc_ros.boats.interfaces import Interface
@@ -24,7 +24,7 @@ from vessel_hsmc_ros.messages.state_columns import columns_of_messages
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
-from vessel_hsmc_ros.nodes.command_input import NO_COMMAND
+from vessel_hsmc_ros.nodes.commands import NO_COMMAND
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 from vessel_hsmc_ros.preflight.connection import Connection, Endpoint, Role, Topic
 from vessel_hsmc_ros.preflight.expected import Names, connection_of, values_of
@@ -35,9 +35,7 @@ OWN = ("controller", "drive", "navsat_odom")  # the nodes whose topics make a co
 SETTLED, GRAPH_LIMIT = 0.7, 5.0
 """Time without a change after which the ROS graph counts as complete, and the longest wait for that, s."""
 
-COLLECTED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST, depth=500, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-)
+COLLECTED = qos.profile(500, reliable=False)
 
 PULSE, PAUSE, PULSE_RATE = 2.0, 2.0, 20.0  # length of a pulse and of the pause after it, s, and the rate of its commands, Hz
 
@@ -152,8 +150,7 @@ class LiveConnection:
 
         Where the drive commands velocities, they are pulsed on its topic, which it leaves to others while nothing is commanded
         to it, and zero is commanded before and after each. `ahead`: surge force, N, or surge speed, m/s. `turn`: yaw moment,
-        N·m, or yaw rate, rad/s. Raises RunError if another node commands, nothing takes the command, or a velocity is above its
-        limit.
+        N·m, or yaw rate, rad/s.
         """
         roles = {role.name: role for role in self.connection().roles}
         role = roles["output" if self._by_velocity else "command"]

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.control.safety.monitors import DEVIATIONS, NAMED_BIAS, SLOW
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
-from vessel_hsmc_ros.preflight.measured_motion import (
+from vessel_hsmc_ros.preflight.samples import (
     BLOCK,
     Samples,
     along_hull,
@@ -223,10 +223,7 @@ def judge_direction(angle: float, shown: bool, side: int) -> Finding:
 
 
 def off_course(ahead: Array, psi: Array) -> bool:
-    """Whether a boat moves in another direction than it heads, in all and in each half of the data, and not by a current.
-
-    `ahead`: its velocities in its own frame, as complex numbers.
-    """
+    """Whether a boat moves in another direction than it heads, in all and in each half of the data, and not by a current."""
     half = len(ahead) // 2
     for part in (slice(None), slice(half), slice(half, None)):
         mean = complex(ahead[part].mean())
@@ -312,11 +309,7 @@ TURNS = {
 
 
 def named(samples: Samples, moved: Array, about: int, twist_frame: str = "child") -> str:
-    """The hypothesis that fits best, with numbers; empty if none does.
-
-    `samples`: measured motions. `moved`: rates of x, y and psi by the positions. `about`: 0 for the velocity, 1 for the yaw
-    rate. `twist_frame`: frame of the velocities as declared: child, or parent.
-    """
+    """The hypothesis that fits best, with numbers; empty if none does."""
     part = slice(2, 3) if about else slice(0, 2)
 
     def misfit(motions: Array) -> float:

@@ -7,7 +7,7 @@ import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.faults.fault import KINDS, Fault, FaultScript, check_settings
+from vessel_hsmc_ros.faults import KINDS, Fault, FaultScript, check_settings
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line
 

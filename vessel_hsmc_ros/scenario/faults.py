@@ -5,7 +5,7 @@ from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.node_list import taking_part
-from vessel_hsmc_ros.faults.fault import TOPICS, FaultScript, check_mode, check_target
+from vessel_hsmc_ros.faults import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.messages.raw import check_field
 from vessel_hsmc_ros.messages.topics import message_type
 from vessel_hsmc_ros.scenario.bounded_text import read_text

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, Sc
 from vessel_hsmc_ros.core.fence import allowed, fence_of
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.faults.fault import FaultScript
+from vessel_hsmc_ros.faults import FaultScript
 from vessel_hsmc_ros.guidance.factory import check_within, make_reference
 from vessel_hsmc_ros.plant.hull_check import check_hull
 from vessel_hsmc_ros.scenario.bounded_text import read_text

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from vessel_hsmc_ros.boats.missions.files import read_mission
 from vessel_hsmc_ros.boats.missions.mission import Mission
-from vessel_hsmc_ros.boats.missions.reading import read_mission
 
 Read = Callable[..., Mission]
 

@@ -26,9 +26,9 @@ from mission_writing import (
     waypoint_item,
 )
 
+from vessel_hsmc_ros.boats.missions.files import read_mission
+from vessel_hsmc_ros.boats.missions.legs import placed
 from vessel_hsmc_ros.boats.missions.mission import KNOT, Mission
-from vessel_hsmc_ros.boats.missions.placing import placed
-from vessel_hsmc_ros.boats.missions.reading import read_mission
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.geodesy import Plane
 

@@ -3,8 +3,8 @@
 import pytest
 from mission_writing import HOME
 
+from vessel_hsmc_ros.boats.missions.legs import datum_of, placed
 from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint
-from vessel_hsmc_ros.boats.missions.placing import datum_of, placed
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 
 NEAR = (63.4401, 10.3901)

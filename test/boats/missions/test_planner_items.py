@@ -16,8 +16,8 @@ from mission_writing import (
     wpl,
 )
 
+from vessel_hsmc_ros.boats.missions.legs import placed
 from vessel_hsmc_ros.boats.missions.mission import Mission
-from vessel_hsmc_ros.boats.missions.placing import placed
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 
 PLACES = [(63.4401, 10.3901), (63.4410, 10.3920), (63.4420, 10.3880)]

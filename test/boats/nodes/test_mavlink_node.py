@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats.autopilot_parameters import MavlinkParameters
+from vessel_hsmc_ros.boats.parameters import MavlinkParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.messages import conversions as conv
 

@@ -12,9 +12,9 @@ from std_msgs.msg import Float64
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import stop_latch, takeover
+from vessel_hsmc_ros.boats import takeover
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input
+from vessel_hsmc_ros.nodes import commands
 
 pytest.importorskip("pymavlink", exc_type=ImportError)
 
@@ -53,7 +53,7 @@ class Boat(SteppedNode):
         monkeypatch.setattr(mavlink, "Link", Recording)
         more = given_more | (THRUSTERS if form == "channels" else {})
         given = {"form": form, "ramp_time": ramp_time, "command_timeout": TIMEOUT, "mode": "MANUAL", **UNLIKE, **more}
-        super().__init__(bench, monkeypatch, MavlinkNode, (mavlink, mavlink_link, command_input, stop_latch, takeover), **given)
+        super().__init__(bench, monkeypatch, MavlinkNode, (mavlink, mavlink_link, commands, takeover), **given)
         self.form, self.link, self.silent, self.boot = form, Recording.made[-1], "", 9_000_000
         self.autopilot = {"base_mode": 128, "custom_mode": MANUAL, "system_status": 4}
         self.standby_requests: list[bool] = []

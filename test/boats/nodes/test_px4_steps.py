@@ -10,9 +10,9 @@ from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import stop_latch, takeover
+from vessel_hsmc_ros.boats import takeover
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input
+from vessel_hsmc_ros.nodes import commands
 
 if module("px4_msgs.msg") is None:
     pytest.skip("px4_msgs is not installed, and nothing is there to compile it", allow_module_level=True)
@@ -35,7 +35,7 @@ class Boat(SteppedNode):
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **more: Any) -> None:
         given = {"ramp_time": RAMP, "command_timeout": TIMEOUT, "surge_force_limit": 200.0, "yaw_moment_limit": 50.0}
         values = given | more
-        super().__init__(bench, monkeypatch, Px4Node, (px4, command_input, stop_latch, takeover), **values)
+        super().__init__(bench, monkeypatch, Px4Node, (px4, commands, takeover), **values)
         self.boot = 9000.0
         self.status: dict[str, Any] = {"nav_state": OFFBOARD, "arming_state": 2}
         client = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda _: None)

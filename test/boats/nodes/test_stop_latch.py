@@ -7,8 +7,8 @@ import pytest
 from std_srvs.srv import Trigger
 from stepped_node import SteppedTime
 
-from vessel_hsmc_ros.boats import stop_latch
-from vessel_hsmc_ros.boats.stop_latch import StopLatch
+from vessel_hsmc_ros.boats import takeover
+from vessel_hsmc_ros.boats.takeover import StopLatch
 
 PERIOD, RAMP = 0.02, 1.0
 
@@ -18,7 +18,7 @@ class Latch:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, share: float = 1.0) -> None:
         self.time = SteppedTime()
-        monkeypatch.setattr(stop_latch, "time", self.time)
+        monkeypatch.setattr(takeover, "time", self.time)
         self.services: dict[str, Any] = {}
         log = SimpleNamespace(warning=lambda _: None, info=lambda _: None)
         node: Any = SimpleNamespace(

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import Trigger
 
-from vessel_hsmc_ros.boats import stop_latch
+from vessel_hsmc_ros.boats import takeover
 from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.messages import conversions as conv
@@ -79,7 +79,7 @@ def test_the_output_ramps_to_zero_when_commands_cease_and_back_when_they_return(
     bench: Any, simulated_time: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steady = SteadyClock()
-    monkeypatch.setattr(stop_latch, "time", steady)
+    monkeypatch.setattr(takeover, "time", steady)
     simulated_time.now = 10**9
     watched = Watched(bench, command_timeout=0.5, ramp_time=0.5, use_sim_time=True)
     simulated_time.run(0.01)

@@ -8,12 +8,12 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
 
-from vessel_hsmc_ros.boats import stop_latch, watchdog
+from vessel_hsmc_ros.boats import takeover, watchdog
 from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
-from vessel_hsmc_ros.nodes import command_input, reporting
+from vessel_hsmc_ros.nodes import commands, reporting
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN
-from vessel_hsmc_ros.nodes.command_input import CommandInput, is_nothing, nothing
+from vessel_hsmc_ros.nodes.commands import CommandInput, is_nothing, nothing
 
 Commands = list[tuple[float, float]]
 
@@ -22,7 +22,7 @@ class Watchdog(SteppedNode):
     """A watchdog with unlike times."""
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **parameters: Any) -> None:
-        modules = (watchdog, stop_latch, command_input, reporting)
+        modules = (watchdog, takeover, commands, reporting)
         given = {"command_timeout": 0.3, "ramp_time": 1.0, "heartbeat_timeout": 2.0, **parameters}
         super().__init__(bench, monkeypatch, WatchdogNode, modules, **given)
         self.input: CommandInput = self.node._input

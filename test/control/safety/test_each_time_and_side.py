@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.boats.handover import Handover, Sticks
+from vessel_hsmc_ros.boats.autopilot import Handover, Sticks
 from vessel_hsmc_ros.control.safety.monitors import Alarm, Monitor, NotMoving, Saturation, Velocities
 from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, MonitorParameters, Operation, Reason, SafetyParameters
 from vessel_hsmc_ros.control.safety.samples import Freshness, Sample

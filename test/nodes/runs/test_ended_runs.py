@@ -16,7 +16,7 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError, ReportError, RunError, SimulationError
-from vessel_hsmc_ros.faults.fault import FaultScript
+from vessel_hsmc_ros.faults import FaultScript
 from vessel_hsmc_ros.nodes.runs import processes
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess
 from vessel_hsmc_ros.scenario.run_folder import RunFolder

@@ -1,27 +1,140 @@
-"""The legs of a mission in metres: a part of them, how far a vessel has come on them, and the parameters that sail them.
+"""A mission in metres: its datum, a part of its legs, how far a vessel has come on them, and the parameters that sail them.
 
-Leg k leads to waypoint k, from the one before it; leg 1 from where the vessel lies. The mission's own fence is that of
-`core.fence`, so that what is accepted here is accepted by the reference ship.
+The datum and all distances from it are checked for sense. Leg k leads to waypoint k, from the one before it; leg 1 from where the
+vessel lies. The mission's own fence is that of `core.fence`, so that what is accepted here is accepted by the reference ship.
 """
 
 import cmath
 import math
 import re
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Refused
+from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint, Pair, Refused
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.fence import CIRCLE_CORNERS, FenceParameters, clearance, fence_of
 from vessel_hsmc_ros.core.fence import Fence as Area
+from vessel_hsmc_ros.core.geodesy import Plane, exchanged
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
 from vessel_hsmc_ros.guidance.tasks import Progress
+from vessel_hsmc_ros.messages.goals import FARTHEST
+
+NULL_ISLAND = 1e-6
+"""Latitude and longitude, degrees, that are both smaller are those of a receiver without a fix, or of an empty field."""
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A mission whose places are x and y, m, and the datum that they are relative to, with its origin in words."""
+
+    mission: Mission
+    datum: Pair | None
+    datum_of: str
+
+
+def datum_of(text: str) -> Pair:
+    """Read a datum, `latitude,longitude`. Raises ParameterError if it is none."""
+    try:
+        latitude, longitude = map(float, text.split(","))
+    except ValueError:
+        latitude = longitude = math.nan
+    if not (abs(latitude) < 90.0 and abs(longitude) <= 180.0):
+        swapped = "; are they exchanged?" if abs(longitude) < 90.0 and abs(latitude) <= 180.0 else ""
+        raise ParameterError(
+            f"--datum must be a latitude within -90 and 90 and a longitude within -180 and 180 degrees (got {text}{swapped})"
+        )
+    if _is_null_island((latitude, longitude)):
+        raise ParameterError(f"--datum must be a place that was measured: 0, 0 is that of a receiver without a fix (got {text})")
+    return latitude, longitude
+
+
+def placed(mission: Mission, datum: Pair | None, title: str) -> Placed:
+    """The mission in metres.
+
+    `datum`: latitude and longitude, degrees; None for the planner's home, or the first waypoint where there is none.
+    """
+    if not mission.geographic:
+        if datum is not None:
+            raise ParameterError(f"--datum must be left out, because {title} is in metres (got {datum[0]:g}, {datum[1]:g})")
+        _check_metres(mission, title)
+        return Placed(mission, None, "")
+    found, origin = (datum, "given") if datum is not None else _own_datum(mission, title)
+    plane = Plane(*found)
+
+    def to_plane(place: Pair, item: str) -> Pair:
+        _check(plane, place, item, title)
+        x, y, _ = plane.place(*place)
+        return x, y
+
+    def area_of(fence: Fence) -> Fence:
+        return fence._replace(corners=tuple(to_plane(corner, fence.item) for corner in fence.corners))
+
+    local = replace(
+        mission,
+        points=tuple(point._replace(place=to_plane(point.place, point.item)) for point in mission.points),
+        fences=tuple(map(area_of, mission.fences)),
+        areas=tuple(map(area_of, mission.areas)),
+        rally=tuple(to_plane(place, f"rally point {k}") for k, place in enumerate(mission.rally, 1)),
+        geographic=False,
+        home=None,
+    )
+    return Placed(local, found, origin)
+
+
+def _own_datum(mission: Mission, title: str) -> tuple[Pair, str]:
+    """The home of the planner, or the first place of the mission."""
+    places = [*_places(mission)]
+    if not places:
+        raise ScenarioError(f"{title} must have a waypoint or an area (got none)")
+    item, first = places[0]
+    if mission.home is not None and not _is_null_island(mission.home):
+        _check(Plane(*mission.home), first, item, title, "its home (another one is set by --datum),")
+        return mission.home, "the planner's home"
+    if _is_null_island(first):
+        raise ScenarioError(_null(item, first, title))
+    return first, item
+
+
+def _places(mission: Mission) -> Iterable[tuple[str, Pair]]:
+    yield from ((point.item, point.place) for point in mission.points)
+    yield from ((area.item, corner) for area in (*mission.areas, *mission.fences) for corner in area.corners)
+
+
+def _check(plane: Plane, place: Pair, item: str, title: str, origin: str = "the datum") -> None:
+    """Refuse a place that is not near to the datum. Raises ScenarioError if it is too far away, or 0, 0."""
+    if _is_null_island(place):
+        raise ScenarioError(_null(item, place, title))
+    distance = plane.distance(*place)
+    if distance > FARTHEST:
+        swapped = "; are latitude and longitude exchanged?" if exchanged(plane, *place) else ""
+        raise ScenarioError(
+            f"{title}, {item} must be within {FARTHEST / 1e3:g} km of {origin} {plane.latitude:.6f}, {plane.longitude:.6f}"
+            f" (got {place[0]:.6f}, {place[1]:.6f}, {distance / 1e3:.0f} km away{swapped})"
+        )
+
+
+def _check_metres(mission: Mission, title: str) -> None:
+    for item, (x, y) in _places(mission):
+        if math.hypot(x, y) > FARTHEST:
+            raise ScenarioError(
+                f"{title}, {item} must be within {FARTHEST / 1e3:g} km of the origin (got x = {x:g}, y = {y:g});"
+                " are they metres in the frame of the odometry?"
+            )
+
+
+def _is_null_island(place: Pair) -> bool:
+    return max(map(abs, place)) < NULL_ISLAND
+
+
+def _null(item: str, place: Pair, title: str) -> str:
+    return f"{title}, {item} must be a place that was measured (got {place[0]:g}, {place[1]:g}, that of a receiver without a fix)"
+
 
 Array = NDArray[np.float64]
 
@@ -35,8 +148,7 @@ def part_of(mission: Mission, legs: str) -> Mission:
     """The mission with some of its legs, begun at the waypoint before the first of them.
 
     The vessel passes over that waypoint, so that the leg is sailed from its beginning on. `mission`: the mission, in metres.
-    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`. Raises ParameterError if it is none of them, or there is no
-    such leg.
+    `legs`: a number, `7`; a range, `7-9`; or all from one on, `7-`.
     """
     found, count = re.fullmatch(r"(\d{1,9})(-(\d{1,9})?)?", legs.strip()), len(mission.points)
     first = int(found[1]) if found else 0
@@ -70,10 +182,7 @@ def completed(mission: Mission, track: Array, least_room: float) -> int:
 
 
 def leaving_fence(mission: Mission) -> list[Refused]:
-    """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence.
-
-    Raises ScenarioError if it has neither.
-    """
+    """The legs of a mission, or the sides of the area to survey where it has no legs, that leave its own fence."""
     if mission.points:
         return breaches(positions(mission.points), mission.fences, [point.item for point in mission.points])
     if not mission.areas:
@@ -126,10 +235,7 @@ def parameters_of(mission: Mission) -> dict[str, object]:
 
 
 def fence_of_mission(mission: Mission) -> dict[str, dict[str, object]]:
-    """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one.
-
-    `mission`: the mission, in metres. Raises ParameterError if a polygon is none.
-    """
+    """The parameters, by node, that keep controller and reference ship inside of a mission's fence; none without one."""
     rings: dict[str, list[float]] = {"inside": [], "outside": []}
     for fence in mission.fences:
         rings["inside" if fence.inside else "outside"] += _ring(fence)
@@ -145,8 +251,7 @@ def survey_of(mission: Mission, swath: float, along: float, speed: float | None)
     """The parameters of the reference ship that survey the area of a mission.
 
     `mission`: the mission, in metres. `swath`: width that a leg covers, m. `along`: direction of the legs, rad,
-    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario. Raises ScenarioError if it has no area,
-    or several.
+    counter-clockwise from x. `speed`: on the legs, m/s; None for that of the scenario.
     """
     if len(mission.areas) != 1:
         raise ScenarioError(f"--swath must be given with a file of one polygon that is no fence (got {len(mission.areas)})")
@@ -161,10 +266,7 @@ def survey_of(mission: Mission, swath: float, along: float, speed: float | None)
 
 
 def table_of(mission: Mission, first: int) -> list[list[str]]:
-    """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y).
-
-    `mission`: the mission, in metres. `first`: number of its first waypoint.
-    """
+    """The rows of a table: leg, name, x, y, length, course, speed, time and hold; courses clockwise from north (y)."""
     rows, points = [], positions(mission.points)
     for k, point in enumerate(mission.points):
         way = points[k] - points[k - 1] if k else 0j
@@ -177,11 +279,7 @@ def table_of(mission: Mission, first: int) -> list[list[str]]:
 
 
 def breaches(points: Sequence[complex], fences: Sequence[Fence], items: Sequence[str]) -> list[Refused]:
-    """The legs that touch or leave an area to stay in, or touch or enter one to stay out of.
-
-    `points`: the waypoints, m; the first leg begins at the first one. `fences`: the areas, m. Raises ParameterError if a polygon
-    is none.
-    """
+    """The legs that touch or leave an area to stay in, or touch or enter one to stay out of."""
     legs = [*pairwise(points)] or [(points[0], points[0])]
     found = []
     for fence in fences:

@@ -113,11 +113,7 @@ class Source:
         return int(found)
 
     def parameter(self, value: Any, what: str) -> float | None:
-        """A number; None where it is not set, which programs write as null or NaN.
-
-        Raises:
-            ScenarioError: it is anything else.
-        """
+        """A number; None where it is not set, which programs write as null or NaN."""
         unset = value is None or (isinstance(value, float) and math.isnan(value)) or str(value).lower() in ("", "nan", "-nan")
         return None if unset else self.number(value, what)
 
@@ -154,11 +150,7 @@ class Source:
         return value
 
     def chosen(self, names: Iterable[str], route: str | None) -> int:
-        """The number of the route to read of several.
-
-        `route`: the name that was given; None for the only one. Raises ScenarioError if there is none of that name, or several
-        and no name.
-        """
+        """The number of the route to read of several."""
         known = list(names)
         shown = ", ".join(known[:20]) + (", ..." if len(known) > 20 else "")
         if route is None and len(known) > 1:
@@ -181,10 +173,7 @@ NAMES = (*SPEEDS, "hold", *HEADINGS, "corner", "name")  # what a waypoint may ha
 
 
 def with_properties(place: Pair, item: str, values: Mapping[str, Any], source: Source) -> MissionPoint:
-    """A waypoint with what is named; an empty text is nothing.
-
-    Raises ScenarioError if a value is of another kind or out of range, or two name the same thing.
-    """
+    """A waypoint with what is named; an empty text is nothing."""
     given = {name: value for name, value in values.items() if value is not None and str(value).strip() != ""}
     for group in (tuple(SPEEDS), HEADINGS):
         if len(twice := [name for name in group if name in given]) > 1:

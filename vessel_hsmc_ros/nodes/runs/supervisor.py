@@ -20,9 +20,9 @@ from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
 from vessel_hsmc_ros.core.node_list import PLANT, RELAY
-from vessel_hsmc_ros.faults.fault import THRUSTERS, FaultScript
+from vessel_hsmc_ros.faults import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
-from vessel_hsmc_ros.nodes.fault_sources import clock_topic, stepped_nodes
+from vessel_hsmc_ros.nodes.fault_relay import clock_topic, stepped_nodes
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, alone, spread
 from vessel_hsmc_ros.nodes.status_listener import StatusListener

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import BagError, ControlError, ReportError,
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.run_data import Run
-from vessel_hsmc_ros.faults.fault import FaultScript
+from vessel_hsmc_ros.faults import FaultScript
 from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
 from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary

@@ -1,12 +1,15 @@
-"""The pose of odometry as a transform on /tf, from the frame of the odometry to that of the vessel (REP-105)."""
+"""What goes with the odometry of a node: its pose as a transform on /tf (REP-105), and its datum."""
 
 from collections.abc import Callable
 from importlib import import_module
+from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import NavSatFix
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import VesselNode
 
@@ -21,10 +24,7 @@ def transform_of(odometry: Odometry) -> TransformStamped:
 
 
 def transform_publisher(node: VesselNode) -> Callable[[Odometry], None]:
-    """A function that publishes the transform of odometry on /tf; without `publish_tf` it does nothing.
-
-    `node`: which declares the parameter `publish_tf`. Raises InstallationError if tf2_msgs is not installed.
-    """
+    """A function that publishes the transform of odometry on /tf; without `publish_tf` it does nothing."""
     if not node.parameters.publish_tf:
         return lambda _: None
     try:
@@ -35,3 +35,16 @@ def transform_publisher(node: VesselNode) -> Callable[[Odometry], None]:
         ) from None
     publisher = node.create_publisher(kind, "/tf", qos.STREAM)
     return lambda odometry: publisher.publish(kind(transforms=[transform_of(odometry)]))
+
+
+def datum_publisher(node: Any, frame: str) -> Callable[[float, float], None]:
+    """A function that publishes the datum of a node's odometry, latitude and longitude in degrees; the newest one is latched."""
+    publisher = node.create_publisher(NavSatFix, DATUM, qos.LATCHED)
+
+    def publish(latitude: float, longitude: float) -> None:
+        message = NavSatFix(latitude=latitude, longitude=longitude)
+        message.header.stamp = node.get_clock().now().to_msg()
+        message.header.frame_id = frame
+        publisher.publish(message)
+
+    return publish

@@ -1,8 +1,9 @@
-"""The commanded wrench as its consumers take it: fresh commands of one publisher, and none once they are stale."""
+"""Commands at the ends of a node: fresh ones of one publisher come in, and none once they are stale; finite numbers leave."""
 
 import math
 import time
 from collections import Counter
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
@@ -15,6 +16,22 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+
+LARGEST = 3.4e38  # the largest magnitude that counts as finite: autopilots take commands in single precision
+
+
+def is_finite(command: Sequence[float]) -> bool:
+    """Whether all numbers of a command are finite, in single precision too."""
+    return all(abs(value) <= LARGEST for value in command)  # False for NaN
+
+
+def finite(command: tuple[float, ...], report: Callable[[str], None]) -> tuple[float, ...]:
+    """A command of finite numbers as it is; any other is reported, and zero takes its place."""
+    if is_finite(command):
+        return command
+    report(f"the output must be finite numbers (got {', '.join(map(str, command))}): zero is sent")
+    return (0.0,) * len(command)
+
 
 Command = tuple[float, float]
 
@@ -45,11 +62,7 @@ class CommandInput:
         self._problem = RecentProblem()
 
     def take(self, message: WrenchStamped) -> bool:
-        """Take a command, or refuse it with a reason in the log.
-
-        Returns whether it was taken. Raises SimulationError if it is refused in lockstep, where the run cannot go on without
-        it.
-        """
+        """Take a command, or refuse it with a reason in the log."""
         now, received = self._times()
         wrench = conversions.read_wrench(message)
         stamp = conversions.nanoseconds(message.header.stamp)
