@@ -26,8 +26,7 @@ from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import read_about
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, read_about
 
 if TYPE_CHECKING:
     import pyarrow

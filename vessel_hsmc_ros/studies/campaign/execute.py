@@ -25,10 +25,9 @@ from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, differences, opened, versions, write_file, write_table
-from vessel_hsmc_ros.studies.campaign.feasibility import infeasible
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import Source
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.studies.feasibility import infeasible
+from vessel_hsmc_ros.studies.runs import batch
 from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 
@@ -179,7 +178,7 @@ def run_campaign(
         elif missing:
             tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
             ensure_compiled(_samples(campaign))
-            worker_pool.run_all(_compute, tasks, workers=workers, on_progress=report)
+            batch.run_all(_compute, tasks, workers=workers, on_progress=report)
         report(len(missing))
     return dataset.path
 

@@ -15,14 +15,13 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.report.tables import label, value_text
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.results import Results
-from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, ShipFamily
-from vessel_hsmc_ros.studies.campaign.statistics import (
+from vessel_hsmc_ros.studies.campaign.results import (
     CONFIDENCE,
     FEWEST,
     Cell,
     Influence,
     Quantile,
+    Results,
     Table,
     at_most,
     clopper_pearson,
@@ -32,6 +31,7 @@ from vessel_hsmc_ros.studies.campaign.statistics import (
     quantile,
     share_text,
 )
+from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, ShipFamily
 
 SHARES = (0.05, 0.5, 0.95, 0.99)  # the quantiles of the table of metrics
 WORST = 10  # number of runs of each law in the table of the worst

@@ -17,8 +17,7 @@ from vessel_hsmc_ros.report.style import run_colour
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
-from vessel_hsmc_ros.studies.campaign.results import LEGS, Results, read
-from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence, exceedance
+from vessel_hsmc_ros.studies.campaign.results import CONFIDENCE, FEWEST, LEGS, Influence, Results, exceedance, read
 
 PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "scatter", "map": "map"}
 """The kinds of the pictures, by the sections of the page whose diagrams they show."""

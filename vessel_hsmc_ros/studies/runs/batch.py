@@ -1,31 +1,235 @@
-"""Many runs in one call: their metrics always, their trajectories where they are kept.
+"""Many runs at a time: any function over many tasks in worker processes or threads, and scenarios with their metrics.
 
 Runs that have the same reference, rates and duration share it and the schedule; every run draws its own noise from its own seed.
 Memory is bounded: the arrays of a run that is not kept are overwritten by the next one.
 """
 
+import contextlib
+import ctypes
 import itertools
+import logging
+import multiprocessing
+import os
+import signal
 import threading
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from multiprocessing import resource_tracker
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
+from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, RunError, SimulationError
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.report.record import bounds, has_legs, hull_length, measured
+from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation.compilation import uninterrupted
 from vessel_hsmc_ros.simulation.compile import is_compiled
 from vessel_hsmc_ros.simulation.compiled_loop import make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
 from vessel_hsmc_ros.simulation.offline import sample_count, simulate
-from vessel_hsmc_ros.studies.runs import worker_pool
 
+T = TypeVar("T")
+R = TypeVar("R")
 Progress = Callable[[float], None]
+
+POLL = 0.2  # period at which the progress of all tasks is reported, s
+AHEAD = 2  # of a stream, so many tasks are taken for each worker
+_shared: list[Any] = []  # in a worker process: the progress of every task, and the flag that cancels them
+
+
+def run_all(
+    function: Callable[[T, Progress], R],
+    tasks: Sequence[T],
+    *,
+    workers: int | None = None,
+    on_result: Callable[[R], None] | None = None,
+    on_progress: Progress | None = None,
+) -> list[R]:
+    """Call a function with every task, in worker processes, or in this process if one worker is sufficient.
+
+    The first error of a task cancels the others, as does an interrupt (Ctrl-C) of this process. A running task is cancelled at
+    its next report of progress.
+
+    Args:
+        function: A function at the top level of a module, called with a task and a callback for the progress of that task.
+        tasks: Its arguments, started in this order: the longest first keeps all workers busy until the end.
+        workers: Number of processes; one per available core by default.
+        on_result: Called with each result as soon as it is available.
+        on_progress: Called several times a second with the sum of the progress of all tasks.
+
+    Returns:
+        The results in the order of the tasks.
+
+    Raises:
+        RunError: a worker process was killed.
+        Exception: the exception of the function for the first task that failed.
+    """
+    workers = min(workers or len(os.sched_getaffinity(0)), len(tasks))
+    if workers <= 1:
+        return _run_here(function, tasks, on_result, on_progress)
+    with _processes(workers, len(tasks)) as (pool, progress):
+        futures = [_submit(pool, function, index, task) for index, task in enumerate(tasks)]
+        pending = set(futures)
+        while pending:
+            pending = _take(pending, on_result)
+            if on_progress is not None:
+                on_progress(sum(progress))
+        return [future.result() for future in futures]
+
+
+def stream(
+    function: Callable[[T, Progress], R],
+    tasks: Iterable[T],
+    *,
+    workers: int | None = None,
+    threads: bool = False,
+    on_result: Callable[[R], None],
+) -> None:
+    """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run.
+
+    `function`: as in `run_all`; its callback only cancels it after an error or an interrupt. `tasks`: its arguments; an
+    iterator makes each when its turn comes. `workers`: number of tasks at a time; one per available core by default. `threads`:
+    run in threads instead of processes, for functions that spend their time outside of the interpreter.
+    """
+    workers = workers or len(os.sched_getaffinity(0))
+    if workers <= 1:
+        for task in tasks:
+            on_result(function(task, lambda _: None))
+        return
+    with _threads(workers) if threads else _processes(workers, 1) as (pool, shared):
+        pending: set[Future[R]] = set()
+        for task in tasks:
+            pending.add(pool.submit(function, task, shared) if threads else _submit(pool, function, 0, task))
+            while len(pending) >= AHEAD * workers:
+                pending = _take(pending, on_result)
+        while pending:
+            pending = _take(pending, on_result)
+
+
+@contextlib.contextmanager
+def _processes(workers: int, tasks: int) -> Iterator[tuple[Executor, Any]]:
+    """A context with worker processes for `_run_task` and the progress of their tasks; an exception in it cancels them."""
+    context = multiprocessing.get_context("spawn")  # a forked copy of a process with threads may deadlock
+    # Shared memory without locks: each worker writes its own element, and a stale value is harmless.
+    progress: Any = context.RawArray(ctypes.c_double, tasks)
+    cancelled: Any = context.RawValue(ctypes.c_bool, False)
+    with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled, loaded_law_files())) as pool:
+        try:
+            yield pool, progress
+        except BaseException:  # KeyboardInterrupt too
+            # Wait for the workers: one that still reports progress would write into memory that a later pool may own by then.
+            cancelled.value = True
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+@contextlib.contextmanager
+def _threads(workers: int) -> Iterator[tuple[Executor, Progress]]:
+    """A context with threads and the callback that cancels their tasks after an exception in it."""
+    cancelled = threading.Event()
+
+    def report(_: float) -> None:
+        if cancelled.is_set():
+            raise RunError("cancelled")
+
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            yield pool, report
+        except BaseException:
+            cancelled.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _run_here(
+    function: Callable[[T, Progress], R],
+    tasks: Sequence[T],
+    on_result: Callable[[R], None] | None,
+    on_progress: Progress | None,
+) -> list[R]:
+    progress = [0.0] * len(tasks)
+    results = []
+    for index, task in enumerate(tasks):
+
+        def report(value: float, index: int = index) -> None:
+            progress[index] = value
+            if on_progress is not None:
+                on_progress(sum(progress))
+
+        results.append(function(task, report))
+        if on_result is not None:
+            on_result(results[-1])
+    return results
+
+
+def _submit(pool: Executor, function: Callable[[Any, Progress], R], index: int, task: Any) -> Future[R]:
+    """Submit a task to worker processes, some of which the pool starts here; an interrupt waits meanwhile.
+
+    It would leave a worker half started, which prints a traceback. A worker inherits the blocked signal and ignores it as soon as
+    it runs; blocked alone, the signal could still reach this process through another thread.
+    """
+
+    def start() -> Future[R]:
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            return pool.submit(_run_task, function, index, task)
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    resource_tracker.ensure_running()  # as it unblocks the signal when the first worker needs it
+    submitted: Future[R] = uninterrupted(start, ())
+    return submitted
+
+
+def _take(pending: set[Future[R]], on_result: Callable[[R], None] | None) -> set[Future[R]]:
+    """Wait a little; hand over what is done, raise its first error, and return what is not."""
+    done, pending = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
+    for future in done:
+        try:
+            result = future.result()
+        except BrokenProcessPool as error:
+            raise RunError(f"a worker process has died: {error}") from None
+        if on_result is not None:
+            on_result(result)
+    return pending
+
+
+def _prepare_worker(progress: Any, cancelled: Any, law_files: Sequence[Path]) -> None:
+    """Initialise a worker process, in which the laws of the parent's files are needed too."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent cancels the tasks
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})  # which a process that a task starts would inherit
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
+    _shared[:] = progress, cancelled
+    logging.disable(logging.WARNING)  # of installed laws that are left out: the parent has logged it
+    for file in law_files:
+        load_law_file(file)
+
+
+def _exit_with_parent() -> None:
+    """End this worker when its parent ends, even if the parent was killed."""
+    if (parent := multiprocessing.parent_process()) is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _run_task(function: Callable[[Any, Progress], R], index: int, task: Any) -> R:
+    progress, cancelled = _shared
+
+    def report(value: float) -> None:
+        progress[index] = value
+        if cancelled.value:
+            raise RunError("cancelled")
+
+    return function(task, report)
+
 
 _own = threading.local()
 
@@ -74,7 +278,7 @@ def simulate_many(
     first = list(itertools.islice(rest, 1))
     tasks = (Task(index, each, every if index in keep else 0) for index, each in enumerate(itertools.chain(first, rest)))
     # Machine code runs without the lock of the interpreter, so threads need not start, load and copy what processes do.
-    worker_pool.stream(run_task, tasks, workers=workers, threads=all(map(is_compiled, first)), on_result=note)
+    stream(run_task, tasks, workers=workers, threads=all(map(is_compiled, first)), on_result=note)
     return sorted(outcomes, key=lambda outcome: outcome.index)
 
 

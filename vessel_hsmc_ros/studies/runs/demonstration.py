@@ -12,15 +12,15 @@ from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 from vessel_hsmc_ros.studies.runs import scenario_run
+from vessel_hsmc_ros.studies.runs.batch import run_all
 from vessel_hsmc_ros.studies.runs.scenario_run import DOMAIN, Progress, Result, free_domains
-from vessel_hsmc_ros.studies.runs.worker_pool import run_all
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "hierarchical_printed", "guided")
-"""In the order of their colours in comparisons (`comparison_page.COLOURS`), so that a law has one colour in every figure."""
+"""In the order of their colours in comparisons (`comparison.COLOURS`), so that a law has one colour in every figure."""
 
 DURATION = 100.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
 CONVERGED = 0.5  # a law with a smaller rms position error over the last quarter of the run counts as converged, m
