@@ -8,7 +8,7 @@
 The box: surge and yaw inertia, D and K differ by up to a fifth from their data.
 
 The conditions in closed form hold for every hull of the box, by interval arithmetic; poles and errors are the worst of its
-corners. D, K and the box are those of `certified_case`; docs/theory.md has the theorems.
+corners. docs/theory.md has the theorems.
 """
 
 import itertools
@@ -89,11 +89,7 @@ class Case(NamedTuple):
 
 
 def case_of(scenario: Scenario) -> Case:
-    """The hull, law, loads and reference of a scenario.
-
-    Raises:
-        InstabilityError: the period is too long for the gains.
-    """
+    """The hull, law, loads and reference of a scenario."""
     c, sim = scenario.controller, scenario.vessel_sim
     known, period = c.vessel.as_controlled(), RateGrid(c.rate_hz).period
     count = int(min(sim.duration or MAX_DURATION, MAX_DURATION) * REFERENCE_HZ)
@@ -172,13 +168,7 @@ def in_box(ship: ShipParameters, surge: float, yaw: float, D: float, K: float) -
 
 
 def sway_of(hull: Hull, U: float, step: float) -> tuple[float, float]:
-    """D and K of a hull at a speed, by central differences; K is 0 at rest.
-
-    Args:
-        hull: Accelerations at the controlled point.
-        U: Speed.
-        step: Of the sway velocity, m/s.
-    """
+    """D and K of a hull at a speed, by central differences; K is 0 at rest."""
 
     def sway(v: float, r: float) -> float:
         return hull(Motion(0.0, 0.0, 0.0, U, v, r), (0.0, 0.0, 0.0), (0.0, 0.0))[1]
@@ -317,14 +307,7 @@ def _sampled(g: Gains) -> Clause:
 def _judged(
     case: Case, clauses: list[Clause], motions: list[tuple[Hull, Steady]], bound: Callable[[list[Error]], tuple[float, float]]
 ) -> Part:
-    """The rest of a certificate: every deviation decays, and the commands keep within their limits.
-
-    Args:
-        case: What it is for.
-        clauses: The conditions in closed form, which hold.
-        motions: Hulls with their steady motions.
-        bound: From the errors of all of them, that of the position, and its time constant if it is not that of a deviation.
-    """
+    """The rest of a certificate: every deviation decays, and the commands keep within their limits."""
     g = case.g
     linear = [(linearise(g, hull, at, case.lags, case.loads.gust_time), at) for hull, at in motions]
     slowest = max(float(poles(each).real.max()) for each, _ in linear)

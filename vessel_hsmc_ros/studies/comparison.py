@@ -90,8 +90,7 @@ def default_laws() -> list[str]:
 def prepare(task: Task) -> tuple[Scenario, bool]:
     """Load the scenario of a task; a law that is unstable at the requested rate falls back to FALLBACK_RATE_HZ.
 
-    Returns the scenario, and whether the rate fell back. Raises ScenarioError if the scenario does not exist or cannot be read;
-    ParameterError if a changed parameter is unknown or out of range.
+    Returns the scenario, and whether the rate fell back.
     """
     changes = {**task.row.changes, "controller.law": task.law}
     if task.rate_hz is not None:
@@ -103,10 +102,7 @@ def prepare(task: Task) -> tuple[Scenario, bool]:
 
 
 def run_task(task: Task, progress: Callable[[float], None] | None = None) -> LawRun:
-    """Simulate and evaluate one law on one row; a simulation that fails is an outcome, not an error.
-
-    `progress`: called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
-    """
+    """Simulate and evaluate one law on one row; a simulation that fails is an outcome, not an error."""
     scenario, fell_back = prepare(task)
     outcome = LawRun(task.row, task.law, scenario.controller.rate_hz, fell_back)
     try:
@@ -149,15 +145,7 @@ def _lines(run: Run) -> Array:
 
 
 def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[LawRun], None] | None = None) -> list[LawRun]:
-    """Run all tasks in parallel processes.
-
-    `jobs`: number of processes; None for one per core.
-
-    Raises:
-        ScenarioError: a scenario does not exist or cannot be read.
-        ParameterError: a law or a changed parameter is unknown or out of range. All tasks are checked before the first one runs.
-        RunError: a worker process was killed.
-    """
+    """Run all tasks in parallel processes. `jobs`: number of processes; None for one per core."""
     # All are prepared before the first one runs: a wrong name is reported at once and not after minutes of simulation.
     ensure_compiled([prepare(task)[0] for task in tasks])
     return batch.run_all(run_task, tasks, workers=jobs, on_result=progress)
@@ -172,10 +160,7 @@ class Compared(NamedTuple):
 
 
 def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:
-    """Compare the metrics of recorded runs, and write their common page and figures into a run folder.
-
-    Raises BagError if a bag cannot be read or has no odometry; ReportError if the page or a figure cannot be written.
-    """
+    """Compare the metrics of recorded runs, and write their common page and figures into a run folder."""
     records = read(bags)
     made = write_report(records, Options(page=folder.report, figures="png"))
     table = [[row.label, *(row.text(run) for run in range(len(records)))] for row in metrics_table(records)]
@@ -343,10 +328,7 @@ def notes(outcomes: Sequence[LawRun]) -> list[str]:
 
 
 def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
-    """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write compare.html, compare.md, compare.json and figures/*.png into an existing folder."""
     names = {row.name: file_name(row.name) for row, _ in by_row(outcomes)}
     with writing(f"results in {folder}"):
         (folder / "figures").mkdir(exist_ok=True)
@@ -415,10 +397,7 @@ def _record(outcome: LawRun) -> dict[str, Any]:
 
 
 def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
-    """Draw the tracks of all laws with the reference, and their position errors over time.
-
-    `row`: the case, whose limit is drawn. `outcomes`: its runs; those without lines are omitted.
-    """
+    """Draw the tracks of all laws with the reference, and their position errors over time."""
     with figure(path, 10.0, 4.6) as picture:
         tracks, errors = picture.subplots(1, 2)
         drawn = [outcome for outcome in outcomes if len(outcome.lines)]

@@ -66,10 +66,7 @@ class Demand(NamedTuple):
 
 
 def infeasible(scenario: Scenario) -> str:
-    """Why no law can keep the ship of a scenario on its reference; empty if one can.
-
-    `scenario`: a scenario with a duration, whose ship has limits; its law, sensors and gusts are not considered.
-    """
+    """Why no law can keep the ship of a scenario on its reference; empty if one can."""
     sim = scenario.vessel_sim
     a, vessel = sim.actuators, sim.vessel.coefficients()
     T = math.sqrt(vessel.m33 / a.yaw_moment_limit)
@@ -149,15 +146,7 @@ def _lost(u: Array, v: Array, r: Array, vessel: Vessel) -> tuple[Array, Array, A
 def sway_residual(
     psi: float, last: float, h: float, flow: tuple[float, float, float, float, float, float], m23_force: float, vessel: Vessel
 ) -> float:
-    """What the sway equation lacks at a heading, N.
-
-    Args:
-        last: That of the neighbouring sample, from which r follows, rad.
-        h: Time between them, s, negative where the last one is later.
-        flow: q, p'' and W, each east and north.
-        m23_force: m23·r', N.
-        vessel: Coefficients of the ship.
-    """
+    """What the sway equation lacks at a heading, N."""
     s = vessel
     qx, qy, ax, ay, wx, wy = flow
     c, sine = math.cos(psi), math.sin(psi)
@@ -172,14 +161,7 @@ def solve_heading(
 ) -> None:
     """Write the heading that the sway equation gives, by Newton's method in every step.
 
-    Args:
-        q, acceleration: q and p'', (n, 2).
-        wind: W, (2,).
-        r_rate: r', (n,).
-        vessel: Coefficients of the ship.
-        h: Period, s; negative to begin at the end.
-        start: Heading before the first step, rad.
-        psi: Headings, (n,); written.
+    `wind`: W, (2,). `r_rate`: r', (n,). `psi`: Headings, (n,); written.
     """
     n, last = len(psi), start
     for step in range(n):
@@ -248,10 +230,7 @@ def legs_of(track: PlannedTrack) -> list[Leg]:
 
 
 def infeasible_legs(scenario: Scenario, legs: Sequence[Leg]) -> list[str]:
-    """A line for each leg that cannot be sailed in the mean wind and the current of a scenario, and for holds.
-
-    Raises ParameterError if the limits of the propulsion are missing.
-    """
+    """A line for each leg that cannot be sailed in the mean wind and the current of a scenario, and for holds."""
     scale_of(scenario.vessel_sim.vessel)  # checks the limits
     reasons = {f"leg {leg.number + 1}": _why_not(scenario, leg) for leg in legs}
     path = scenario.reference_ship

@@ -87,10 +87,7 @@ def mean_changes(conditions: Conditions, length: float) -> dict[str, object]:
 
 
 def drawn(scenario: Scenario, conditions: Conditions, seed: int, number: int) -> Scenario:
-    """The scenario of a run.
-
-    `seed`, `number`: of the forecast, and of the run. Raises ParameterError if no hull that is drawn is allowed.
-    """
+    """The scenario of a run."""
     for attempt in range(REDRAWS):
         try:
             return scenario.changed(_changes(scenario, conditions, np.random.default_rng((seed, number, attempt))))
@@ -250,11 +247,7 @@ def band(values: Array) -> Array:
 
 
 def plan_of(scenario: Scenario, conditions: Conditions, corridor: float | None = None) -> Plan:
-    """Plan a mission.
-
-    `scenario`: the vessel with a path or a survey. `corridor`: largest allowed distance from the path, m; None for two lengths.
-    Raises ScenarioError if it has no planned track; ParameterError if its propulsion has no limits, or the corridor no width.
-    """
+    """Plan a mission. `corridor`: largest allowed distance from the path, m; None for two lengths."""
     ship, vessel = scenario.reference_ship, scenario.vessel_sim.vessel
     width = CORRIDOR * vessel.length if corridor is None else corridor
     if not 0.0 < width < math.inf:
@@ -276,11 +269,7 @@ def why_infeasible(plan: Plan) -> list[str]:
 def forecast(
     plan: Plan, runs: int, seed: int, workers: int | None = None, on_progress: Callable[[int], None] | None = None
 ) -> Forecast:
-    """Simulate a mission many times; the number of workers does not change the results.
-
-    `on_progress`: called with the number of runs that are done. Raises ParameterError if no drawn hull is allowed; RunError if a
-    worker process was killed.
-    """
+    """Simulate a mission many times; the number of workers does not change the results."""
     done: list[Sailed] = []
 
     def note(result: Sailed) -> None:

@@ -66,10 +66,7 @@ def table(found: Forecast) -> tuple[list[str], list[list[str]]]:
 
 
 def write(folder: Path, found: Forecast) -> dict[str, Path]:
-    """Write forecast.html, forecast.json and forecast.png into an existing folder; returns their paths by kind.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write forecast.html, forecast.json and forecast.png into an existing folder; returns their paths by kind."""
     files = {"page": folder / "forecast.html", "picture": folder / "forecast.png", "numbers": folder / "forecast.json"}
     tracks, bars = BytesIO(), BytesIO()
     draw_tracks(found, tracks)

@@ -35,11 +35,7 @@ _STREAM = 1  # separates the random numbers of a draw from those that the plant 
 
 
 def point(method: str, dimensions: int, seed: int, draws: int, draw: int) -> tuple[float, ...]:
-    """A point of the open unit cube.
-
-    `draws`: number of all draws, on which only those of latin_hypercube depend. Returns the coordinates, between 0 and 1 and
-    neither of them.
-    """
+    """A point of the open unit cube. Returns the coordinates, between 0 and 1 and neither of them."""
     if method == "latin_hypercube":
         row = _hypercube(dimensions, seed, draws)[draw]
     else:
@@ -201,8 +197,7 @@ LARGEST_GRID = 100_000
 def parse_distribution(given: Any) -> tuple[Distribution, bool]:
     """Make a distribution from an entry such as `{uniform: [0.8, 1.2], relative: true}`.
 
-    Returns the distribution, not truncated; whether it is one of factors on the base value. Raises ParameterError if the entry
-    has another form; the message continues a text that names the parameter.
+    Returns the distribution, not truncated; whether it is one of factors on the base value.
     """
     kinds = list(given.keys() - {RELATIVE}) if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in FORMS:
@@ -294,11 +289,7 @@ class Drawn:
 
 
 def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
-    """Make a drawn parameter from its entry in a campaign file.
-
-    `given`: its distribution, such as `{normal: [0.0, 1.0]}`. Raises ParameterError if there is no such parameter, or its
-    distribution has a wrong form or no value in the parameter's range.
-    """
+    """Make a drawn parameter from its entry in a campaign file."""
     match = _ELEMENT.fullmatch(name)
     parameter, element = (match[1], int(match[2])) if match else (name, None)
     entry, base = _declaration(parameter, scenario)

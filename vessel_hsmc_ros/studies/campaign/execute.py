@@ -40,8 +40,7 @@ def campaign_of(source: Source, repetitions: int) -> Campaign:
 def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None] | None = None) -> bytes:
     """Compute a chunk of a campaign in this process.
 
-    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error. `progress`: called
-    with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
+    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error.
     """
     runs = campaign.runs_of(number)
     made = {run: _scenario(campaign, run) for run in runs}
@@ -234,16 +233,7 @@ def check_address(scheduler: str) -> None:
 
 
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
-    """Compute chunks on a cluster.
-
-    `scheduler`: address of the scheduler, such as tcp://host:8786.
-
-    Yields:
-        Number and file content of each chunk as soon as it is computed, in any order.
-
-    Raises:
-        CampaignError: the scheduler cannot be reached, the connection is lost, or a worker fails or has other versions.
-    """
+    """Compute chunks on a cluster: number and file content of each chunk as soon as it is computed, in any order."""
     law_files = tuple((path.name, path.read_bytes()) for path in loaded_law_files())
     job = Job(campaign.source, campaign.repetitions, law_files)
     expected = versions()

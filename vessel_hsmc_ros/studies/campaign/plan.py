@@ -1,4 +1,4 @@
-"""A campaign: one YAML file with a scenario, distributions over its parameters, and the runs that they define; see docs/campaigns.md.
+"""A campaign: one YAML file with a scenario, distributions over its parameters, and the runs that they define."""
 
 Run i is a pure function of the campaign file, the scenario and i, its noise included. A draw gives all drawn parameters a
 value; its runs, one for each variant, share these values and the noise, so that variants are compared on the same ships and
@@ -70,11 +70,7 @@ class CampaignFile:
 
     @classmethod
     def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
-        """Make a campaign from its texts.
-
-        `runs`: number of draws instead of the file's number. Raises ScenarioError if the file or the scenario is malformed;
-        ParameterError if a parameter, distribution, limit or law is not allowed.
-        """
+        """Make a campaign from its texts."""
         try:
             return cls(source, *_parse(source, document(source), runs))
         except ParameterError as error:
@@ -87,12 +83,7 @@ def campaign_names() -> list[str]:
 
 
 def read_source(name: Path | str) -> Source:
-    """Read the texts of a campaign.
-
-    `name`: a campaign of the package, or the path of a YAML file; a scenario that it names by a path is looked up from the
-    folder of that file. Raises ScenarioError if campaign or scenario are unknown or cannot be read, or the file has no
-    scenario.
-    """
+    """Read the texts of a campaign."""
     path = _find(name)
     try:
         text = read_text(path)
@@ -135,10 +126,7 @@ def read_about(folder: Path) -> dict[str, Any]:
 
 
 def source_of_folder(folder: Path, runs: int | None = None) -> tuple[Source, int]:
-    """Read the texts of the campaign of a folder, and the number of draws that were requested if no other is given.
-
-    Raises CampaignError if the folder is not that of a campaign.
-    """
+    """Read the texts of the campaign of a folder, and the number of draws that were requested if no other is given."""
     about = read_about(folder)
     try:
         text, scenario = read_text(folder / "campaign.yaml"), read_text(folder / "scenario.yaml")

@@ -61,8 +61,7 @@ def clopper_pearson(failures: int, runs: int, confidence: float = CONFIDENCE) ->
 
         B(α/2; k, n - k + 1)   and   B(1 - α/2; k + 1, n - k),   α = 1 - confidence
 
-    so that for every true probability the interval misses it in at most α of all campaigns. `runs`: n; for 0 the interval is
-    [0, 1].
+    so that for every true probability the interval misses it in at most α of all campaigns.
     """
     if not runs:
         return Interval(0.0, 1.0)
@@ -85,9 +84,8 @@ def quantile(values: Array, share: float, confidence: float = CONFIDENCE) -> Qua
     least the confidence if P(N < l) and P(N >= u) are at most α/2 each. `values`: the sample, (n,); infinite for a run that has
     no value because it ended early.
 
-    Returns:
-        The smallest value that at least this share of the sample does not exceed, and the bounds; a bound for which the sample
-        is too small is infinite.
+    Returns the smallest value that at least this share of the sample does not exceed, and the bounds; a bound for which the
+    sample is too small is infinite.
     """
     n = len(values)
     if not n:
@@ -118,9 +116,8 @@ def paired(first: Array, second: Array) -> Paired:
 def exceedance(values: Array, points: int = 400) -> tuple[Array, Array, Array, Array]:
     """The share of runs above each value, with pointwise confidence bounds.
 
-    `values`: the sample, (n,); infinite for a run that ended early, which is above every value. `points`: largest number of
-    values of the curve; they are denser towards the largest, where single runs count. Returns finite values in increasing
-    order, the share of the runs above each, and its lower and upper bound, (m,) each.
+    `values`: the sample, (n,); infinite for a run that ended early, which is above every value. Returns finite values in
+    increasing order, the share of the runs above each, and its lower and upper bound, (m,) each.
     """
     ordered = np.sort(values)
     n = len(ordered)
@@ -334,11 +331,7 @@ class Results:
 
 
 def read(folder: Path) -> Results:
-    """Read the results of a campaign, complete or not.
-
-    Raises ScenarioError, CampaignError if the folder is not that of a campaign, or a file of it is damaged; ReportError if it
-    has no rows yet.
-    """
+    """Read the results of a campaign, complete or not."""
     table = read_rows(folder)
     if not table.num_rows:
         raise ReportError(f"campaign {folder} has no results yet: vessel-hsmc campaign computes them")

@@ -71,11 +71,7 @@ class Outcome:
 
 
 def parse_axis(text: str) -> Axis:
-    """Parse a swept parameter: `node.param=` and a range `start:stop:count`, with `:log` if spaced logarithmically, or a list.
-
-    Raises:
-        ParameterError: the text has another form, or the range is empty.
-    """
+    """Parse a swept parameter: `node.param=` and a range `start:stop:count`, with `:log` if spaced logarithmically, or a list."""
     name, equals, given = text.partition("=")
     if not (equals and name.strip() and given.strip()):
         raise ParameterError(f"sweep must be {FORM} (got {text})")
@@ -111,20 +107,7 @@ def _range(text: str, parts: Sequence[str]) -> tuple[float, ...]:
 def points(
     scenario: str, axes: Sequence[Axis], changes: Mapping[str, object] | None = None, laws: Sequence[str] = ()
 ) -> list[Point]:
-    """Plan the runs of a sweep.
-
-    Args:
-        scenario: Name or path of the scenario.
-        axes: The swept parameters, one or two.
-        changes: Further changes by `node.parameter`.
-        laws: Control laws to repeat the sweep with; none for that of the scenario.
-
-    Returns:
-        The runs, law by law; the last parameter changes fastest.
-
-    Raises:
-        ParameterError: there are not one or two different parameters.
-    """
+    """Plan the runs of a sweep. Returns the runs, law by law; the last parameter changes fastest."""
     names = [axis.parameter for axis in axes]
     if not 1 <= len(set(names)) == len(names) <= 2:
         raise ParameterError(f"sweep must have one or two different parameters (got {' and '.join(names) or 'nothing'})")
@@ -137,10 +120,7 @@ def points(
 
 
 def run_point(point: Point, progress: Callable[[float], None] | None = None) -> Outcome:
-    """Simulate and evaluate one point; a run that is unstable or fails is an outcome, not an error.
-
-    `progress`: called with the completed fraction, from 0 to 1; may raise an exception to cancel the run.
-    """
+    """Simulate and evaluate one point; a run that is unstable or fails is an outcome, not an error."""
     try:
         found = batch.simulate_one(load_scenario(point.scenario, point.changes), progress=progress)
     except InstabilityError as error:
@@ -153,17 +133,9 @@ def run_all(
 ) -> list[Outcome]:
     """Run all points in parallel processes.
 
-    Args:
-        jobs: Number of processes; None for one per core.
-        on_result: Called with each outcome as soon as it is known.
+    `jobs`: Number of processes; None for one per core.
 
-    Returns:
-        The outcomes in the order of the runs.
-
-    Raises:
-        ScenarioError: the scenario does not exist or cannot be read.
-        ParameterError: a parameter is unknown or a value is out of range. All points are checked before the first one runs.
-        RunError: a worker process was killed.
+    Returns the outcomes in the order of the runs.
     """
     ensure_compiled(filter(None, [check(point) for point in planned]))
     return batch.run_all(run_point, planned, workers=jobs, on_result=on_result)
@@ -172,8 +144,7 @@ def run_all(
 def check(point: Point) -> Scenario | None:
     """Check the scenario and the values of a point; an unstable gain is allowed, because a sweep shows where it begins.
 
-    Returns its scenario; None if a gain is unstable. Raises ScenarioError if the scenario does not exist or cannot be read;
-    ParameterError if a parameter is unknown or a value is out of range.
+    Returns its scenario; None if a gain is unstable.
     """
     try:
         return load_scenario(point.scenario, point.changes)
@@ -215,10 +186,7 @@ def notes(axes: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> dict[str, Path]:
-    """Write sweep.csv with all metrics, sweep.json, sweep.png and sweep.html; returns their paths by kind.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write sweep.csv with all metrics, sweep.json, sweep.png and sweep.html; returns their paths by kind."""
     kinds = {"page": "html", "picture": "png", "csv": "csv", "json": "json"}
     files = {kind: folder / f"sweep.{suffix}" for kind, suffix in kinds.items()}
     with writing(f"results in {folder}"):
@@ -276,11 +244,7 @@ def shown(value: object) -> str:
 
 
 def draw(path: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> None:
-    """Draw the metrics of all runs.
-
-    `axes`: the swept parameters, one or two. `metrics`: the metrics to draw; with two parameters each law has a row of heat
-    maps.
-    """
+    """Draw the metrics of all runs."""
     laws = list(dict.fromkeys(outcome.point.law for outcome in outcomes))
     rows, columns = (len(metrics), 1) if len(axes) == 1 else (len(laws), len(metrics))
     size = (8.0, 3.0 * rows + 0.6) if len(axes) == 1 else (5.2 * columns + 0.6, 4.2 * rows)

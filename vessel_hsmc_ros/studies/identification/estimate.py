@@ -154,11 +154,7 @@ def _derivatives(parts: Sequence[Array]) -> Array:
 
 @np.errstate(over="ignore", invalid="ignore")
 def refine(shooting: Shooting, start: Array, progress: Callable[[int], None] = lambda _: None, tolerance: float = 1e-7) -> Array:
-    """Minimise the weighted residuals within the bounds, from a start.
-
-    `shooting`: the residuals; its initial states are the best ones afterwards. `tolerance`: relative change of the sum of
-    squares at which it ends. Raises IdentificationError if the motion diverges, whatever the start.
-    """
+    """Minimise the weighted residuals within the bounds, from a start."""
     low, high = shooting.unknowns.bounds()
     # Of bounds that are close together, like those of the delay, never more than a part of their distance.
     margin = np.minimum(1e-6 * shooting.scale, 0.25 * (high - low))
@@ -233,11 +229,7 @@ def identify(
     window: float = WINDOW,
     progress: Progress = lambda *_: None,
 ) -> Identified:
-    """Estimate hull parameters from recorded runs.
-
-    `start`: values of the parameters that are not estimated; None for zero. `window`: length of the windows of output-error
-    refinement and of prediction, s. Raises IdentificationError if the runs are too short, not excited, or not those of a ship.
-    """
+    """Estimate hull parameters from recorded runs. `start`: values of the parameters that are not estimated; None for zero."""
     given = [checked(run, window) for run in runs]
     if not given:
         raise IdentificationError("there is no run to identify from: give at least one")
@@ -462,9 +454,8 @@ MOST_RISE = 9.0  # largest rise of the sum of squares by a parameter that is hel
 def reduced(shooting: Shooting, vector: Array, needed: tuple[str, ...]) -> tuple[Shooting, Array, dict[str, str]]:
     """Hold each parameter whose standard error exceeds its value at its start value, or zero: the least certain first.
 
-    `shooting`: the residuals as a function of all parameters. `vector`: their estimates, (p,). `needed`: names of those that
-    are never held. Returns the residuals as a function of the remaining parameters, their estimates, and the reasons for the
-    others by name.
+    `vector`: their estimates, (p,). Returns the residuals as a function of the remaining parameters, their estimates, and the
+    reasons for the others by name.
     """
     found: dict[str, str] = {}
     refused = set(needed)

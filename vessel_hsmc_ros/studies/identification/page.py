@@ -68,10 +68,7 @@ def towards(x: float, y: float, unit: str) -> str:
 
 
 def steady_load(values: Mapping[str, float], run: Measurements, window: float, inputs: Mapping[str, float]) -> SteadyLoad:
-    """Find the steady force or the steady current with which a run is predicted best, whichever predicts it better.
-
-    `run`: the run, which the values were not estimated from. Raises IdentificationError if the run is shorter than a window.
-    """
+    """Find the steady force or the steady current with which a run is predicted best, whichever predicts it better."""
 
     def pushed(x: float, y: float) -> Prediction:
         added = {name: inputs.get(name, 0.0) + more for name, more in zip(COMPONENTS, (x, y), strict=True)}
@@ -300,12 +297,7 @@ PREFIX = "vessel."
 def vessel_text(
     name: str, found: Identified, runs: Sequence[Measurements], known: Mapping[str, object], errors: Mapping[str, str]
 ) -> str:
-    """Write a vessel file in the format of the library.
-
-    `known`: what is known of the ship besides, by the names in a vessel file: length, beam, limits, thrusters and so on.
-    `errors`: root mean square prediction errors on held-out runs, with their units; empty without. Raises ParameterError if
-    length or beam is not known.
-    """
+    """Write a vessel file in the format of the library."""
     check_known(known)
     largest = {key: float(np.nanmax(np.abs(np.concatenate([run.wrench[:, i] for run in runs])))) for key, i in LIMITS.items()}
     hull = {key: _digits(value) for key, value in found.vessel_values().items()}

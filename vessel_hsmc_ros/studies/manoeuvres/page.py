@@ -199,10 +199,7 @@ def source(results: Results) -> str:
 
 
 def write(folder: Path, results: Results) -> dict[str, Path]:
-    """Write manoeuvres.html, manoeuvres.csv and a scenario for each manoeuvre, which the nodes can run, into an existing folder.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write the page, the metrics as CSV and a scenario for each manoeuvre, which the nodes can run, into an existing folder."""
     files = {"page": folder / "manoeuvres.html", "metrics": folder / "manoeuvres.csv", "scenarios": folder / "scenarios"}
     with page_kit.writing(f"results in {folder}"):
         files["scenarios"].mkdir(exist_ok=True)
@@ -228,10 +225,7 @@ def write_csv(path: Path, results: Results) -> None:
 
 
 def render(results: Results, scenarios: Path) -> str:
-    """Render the HTML text of the page.
-
-    `scenarios`: the folder of their scenarios, for the command that runs one over the nodes.
-    """
+    """Render the HTML text of the page."""
     ship, lines = results.ship, rows(results)
     figures = {name: drawn for name, done in results.manoeuvres.items() if (drawn := figure(done))}
     about = [subtitle(results), *([f"Hull data: {published}"] if (published := source(results)) else [])]

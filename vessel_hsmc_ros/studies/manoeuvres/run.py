@@ -72,16 +72,7 @@ class Ship:
 
 
 def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) -> Ship:
-    """A vessel, or the ship of a scenario, of which nothing else is taken.
-
-    Args:
-        name: A vessel of the library, a scenario, or the path of a vessel file or a parameters file.
-        changes: Values by `node.parameter`, or `vessel.parameter` for all nodes.
-
-    Raises:
-        ScenarioError: there is no such vessel or scenario, or its file is unreadable.
-        ParameterError: a parameter is unknown, or the ship has no limits or no damping.
-    """
+    """A vessel, or the ship of a scenario, of which nothing else is taken."""
     if is_vessel(name):
         return ship_of(in_still_water(Path(name).stem, {"vessel": str(name), **(changes or {})}))
     if Path(name).suffix not in SUFFIXES and name not in scenario_names():
@@ -91,11 +82,7 @@ def ship_named(name: str | Path, changes: Mapping[str, object] | None = None) ->
 
 
 def in_still_water(name: str, ship: Mapping[str, object]) -> Scenario:
-    """A scenario with a ship at rest in still water, which follows no reference.
-
-    `ship`: the parameters of the ship, by `node.parameter`, or `vessel.parameter` for all nodes. Raises ScenarioError,
-    ParameterError as `load_scenario`.
-    """
+    """A scenario with a ship at rest in still water, which follows no reference."""
     return parse_scenario("{}", name, {**CALM, **ship})
 
 
@@ -232,10 +219,7 @@ def rate(ship: Ship, plan: Plan) -> float:
 
 
 def scenario_of(ship: Ship, name: str, stretch: float = 1.0, side: str = "starboard") -> Scenario:
-    """The scenario of a manoeuvre.
-
-    `stretch`: factor of the estimated durations.
-    """
+    """The scenario of a manoeuvre."""
     plan = PLANS[name](ship)
     approach, rate_hz = approach_time(ship, name), rate(ship, plan)
     settings: dict[str, object] = {
@@ -297,17 +281,7 @@ class Results:
 def run(
     ship: Ship | Scenario, kinds: Iterable[str] = tuple(PLANS), progress: Progress | None = None, side: str = "starboard"
 ) -> Results:
-    """Simulate manoeuvres of a ship in still water, each for as long as it takes.
-
-    Args:
-        ship: The ship, as `ship_named` gives it, or a scenario, of which only the ship is taken.
-        kinds: Names of manoeuvres, of PLANS.
-        progress: Called before each manoeuvre with its name, its number and their count.
-        side: Side of the first turn.
-
-    Raises:
-        ParameterError: a manoeuvre is unknown, or the ship has no limits or no damping.
-    """
+    """Simulate manoeuvres of a ship in still water, each for as long as it takes."""
     names = list(kinds)
     for name in names:
         if name not in PLANS:

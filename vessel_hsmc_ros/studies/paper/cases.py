@@ -177,11 +177,7 @@ BY_NAME = {case.name: case for case in PRINTED_CASES}
 
 
 def repaired(name: str, changes: Mapping[str, object] | None = None, constants: Mapping[str, Any] | None = None) -> Case:
-    """A case of the printed law with the repaired one.
-
-    `name`: name of the case of the printed law. `changes`: what replaces its changes of parameters that the repaired law does
-    not have.
-    """
+    """A case of the printed law with the repaired one."""
     case = BY_NAME[name]
     changes = case.changes if changes is None else changes
     return replace(

@@ -56,10 +56,7 @@ class Surfaces(NamedTuple):
 
 
 def on_surfaces(x: float, y: float, psi: float, v: float, desired: Motion, g: Surfaces) -> tuple[float, float, float]:
-    """Velocities that keep S1 = S2 = 0, and the lateral error.
-
-    `x`, `y`, `psi`, `v`: position, heading and sway velocity of the ship. Returns u [m/s], r [rad/s], z2e [m].
-    """
+    """Velocities that keep S1 = S2 = 0, and the lateral error. Returns u [m/s], r [rad/s], z2e [m]."""
     z, z_d = transform(Motion(x, y, psi, 0.0, v, 0.0)), transform(desired)
     dz_d = transform_rate(z_d, desired)
     z_e = tracking_error(z, z_d)
@@ -77,10 +74,7 @@ class Reduced(NamedTuple):
 
 
 def rate(state: Reduced, desired: Motion, tau_vw: float, g: Surfaces, vessel: Vessel) -> Reduced:
-    """The time derivative of the state.
-
-    `tau_vw`: disturbance in sway, m/s². `vessel`: coefficients of (6).
-    """
+    """The time derivative of the state. `vessel`: coefficients of (6)."""
     u, r, _ = on_surfaces(state.x, state.y, state.psi, state.v, desired, g)
     f_v = unforced_acceleration(u, state.v, r, vessel)[1]
     c, s = math.cos(state.psi), math.sin(state.psi)
@@ -95,15 +89,11 @@ def moved(state: Reduced, step: float, rate: Reduced) -> Reduced:
 def lateral_error(time: Array, reference: Array, disturbance: Array, start: Array, g: Surfaces, vessel: Vessel) -> Array:
     """Integrate the reduced dynamics along a reference, by RK4 in steps of two samples.
 
-    Args:
-        time: Evenly spaced, (2·n + 1,) s.
-        reference: x, y, psi, u, v, r of the virtual ship at those times, (2·n + 1, 6).
-        disturbance: tau_vw at those times, (2·n + 1,) m/s².
-        start: x, y, psi, v of the ship at the first time, (4,).
-        vessel: Coefficients of (6).
+    `time`: Evenly spaced, (2·n + 1,) s. `reference`: x, y, psi, u, v, r of the virtual ship at those times, (2·n + 1, 6).
+    `disturbance`: tau_vw at those times, (2·n + 1,) m/s². `start`: x, y, psi, v of the ship at the first time, (4,). `vessel`:
+    Coefficients of (6).
 
-    Returns:
-        z2e at every other time, (n + 1,) m; NaN from where the motion exceeds RUNAWAY.
+    Returns z2e at every other time, (n + 1,) m; NaN from where the motion exceeds RUNAWAY.
     """
     desired, tau_vw = [Motion(*row) for row in reference.tolist()], disturbance.tolist()
     state, T = Reduced(*start.tolist()), float(time[2] - time[0])
@@ -137,9 +127,8 @@ def growth_rate(r: float, v: float, vessel: Vessel) -> float:
 def reduced_error(run: Run, vessel: Vessel, gains: HierarchicalPrintedParameters) -> tuple[Array, Array]:
     """Times and lateral errors that the reduced dynamics predict from ON_SURFACES on; empty for a run that ends before.
 
-    The prediction holds only for a constant weight a: a weight of switching sign changes the surfaces at every switch. `run`:
-    the run to compare with, which provides the initial state, the reference and the disturbance. `vessel`: coefficients of (6).
-    Returns times, (n,) s, and z2e, (n,) m.
+    The prediction holds only for a constant weight a: a weight of switching sign changes the surfaces at every switch.
+    `vessel`: coefficients of (6). Returns times, (n,) s, and z2e, (n,) m.
     """
     rows = np.flatnonzero(run.time >= ON_SURFACES)[::STRIDE]
     # An odd number of samples, because one Runge-Kutta step spans two intervals.
@@ -170,11 +159,7 @@ LawNumbers = HierarchicalPrintedParameters | Repaired | None
 
 
 def measure(run: Run, vessel: Vessel, law: LawNumbers, reduced: tuple[Array, Array] | None = None) -> Numbers:
-    """Measure all numbers of a run.
-
-    `run`: a run of at least two samples, evenly spaced. `reduced`: what `reduced_error` gives for a run of the law as printed,
-    if it is known already. Returns the numbers; those of surfaces and networks are NaN for another law.
-    """
+    """Measure all numbers of a run. Returns the numbers; those of surfaces and networks are NaN for another law."""
     numbers = _motion(run) | _effort(run, vessel)
     if isinstance(law, HierarchicalPrintedParameters):
         numbers |= (

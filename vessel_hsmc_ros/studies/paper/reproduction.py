@@ -216,11 +216,7 @@ def duration_of(case: Case) -> float:
 
 
 def simulate_case(case: Case, progress: Progress) -> CaseResult:
-    """Run a case offline.
-
-    `progress`: called with the simulated time. Raises SimulationError, ControlError if the loop diverges although the case is
-    not expected to.
-    """
+    """Run a case offline."""
     scenario = scenario_of(case)
     sim = scenario.vessel_sim
     samples = 0
@@ -247,8 +243,7 @@ def simulate_case(case: Case, progress: Progress) -> CaseResult:
 def run_case_by_nodes(case: Case, folder: RunFolder, progress: Progress) -> CaseResult:
     """Run a case by the nodes over ROS 2; its bag stays in the run folder.
 
-    `progress`: called with the simulated time. Returns the measured numbers and the thinned arrays, from the recorded bag.
-    Raises RunError if a node failed; KeyboardInterrupt if the run was interrupted; BagError if the bag cannot be read.
+    Returns the measured numbers and the thinned arrays, from the recorded bag.
     """
     from vessel_hsmc_ros.bags.reader import open_bag  # rosbags takes longer to import than the rest
 
@@ -324,9 +319,7 @@ def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
 def run_cases(cases: Sequence[Case], nodes: Path | None, progress: Progress) -> dict[str, CaseResult]:
     """Run cases in worker processes, or by the nodes where they can.
 
-    `nodes`: folder for the run folders of the nodes; None runs every case offline. `progress`: called with the simulated time
-    of all cases together. Returns the results by the name of the case, in the order of the cases. Raises RunError if ROS is not
-    installed, or a node or worker process failed; SimulationError, ControlError if a case diverged that is not expected to.
+    Returns the results by the name of the case, in the order of the cases.
     """
     by_nodes = [case for case in cases if nodes is not None and case.by_nodes]
     # The longest cases first, so that no long one is left to a single worker at the end.
@@ -354,11 +347,7 @@ def _run_by_nodes(cases: Sequence[Case], parent: Path, progress: Progress, start
 
 
 def write(results: Mapping[str, CaseResult], folder: Path, cases: Sequence[Case] = CASES) -> Results:
-    """Write results.json, claims.md and the figures into a folder.
-
-    `folder`: created if it does not exist. `cases`: the cases, in the order in which results.json lists them. Returns the
-    numbers of every case, by name. Raises RunError if the folder cannot be written.
-    """
+    """Write results.json, claims.md and the figures into a folder. Returns the numbers of every case, by name."""
     from vessel_hsmc_ros.studies.paper.figures import draw_all  # matplotlib is slow to import
 
     numbers = {name: result.numbers for name, result in results.items()}

@@ -93,10 +93,7 @@ class Compiled:
         self._outputs = [a.reshape(function.size_out(k), order="F") for k, a in enumerate(outputs)]
 
     def __call__(self, *arguments: Any) -> list[Array]:
-        """Evaluate the function.
-
-        `arguments`: one array for each input, with as many elements. Returns every output as a matrix.
-        """
+        """Evaluate the function. Returns every output as a matrix."""
         for place, argument in zip(self._inputs, arguments, strict=True):
             place[...] = np.reshape(argument, place.shape)
         self._evaluate()
@@ -115,10 +112,7 @@ class Horizon(NamedTuple):
 
 
 def load_casadi() -> Any:
-    """Import CasADi, which differentiates the model and solves the quadratic programme.
-
-    Raises ParameterError if CasADi is not installed.
-    """
+    """Import CasADi, which differentiates the model and solves the quadratic programme."""
     try:
         import casadi
     except ModuleNotFoundError:
@@ -159,10 +153,7 @@ def _rk4(ca: Any, model: Model, x: Any, u: Any, b: Any, e: Any, h: Any) -> Any:
 
 @lru_cache(maxsize=4)
 def compile_horizon(model: Model, steps: tuple[float, ...]) -> Horizon:
-    """Compile the functions of a horizon; this takes about a second, so the results are cached.
-
-    `steps`: lengths of the steps, s. Raises ParameterError if CasADi is not installed.
-    """
+    """Compile the functions of a horizon; this takes about a second, so the results are cached."""
     ca = load_casadi()
     N = len(steps)
     x, u, b, e, h = (ca.SX.sym(name, size) for name, size in (("x", 6), ("u", 2), ("b", 3), ("e", 2), ("h", 1)))
@@ -286,10 +277,7 @@ class NmpcController(Law[NmpcParameters]):
         self.plan = Plan(np.zeros(2 * len(self._lengths)), None, np.zeros(2), np.zeros(3), np.zeros(2))
 
     def step(self, motion: Motion, desired: Motion, acceleration: Acceleration) -> tuple[tuple[float, float], Terms]:
-        """Estimate the disturbance, extrapolate the reference, improve the plan, apply its first inputs; see `Law.step`.
-
-        Raises ControlError if the predicted motion is not finite.
-        """
+        """Estimate the disturbance, extrapolate the reference, improve the plan, apply its first inputs; see `Law.step`."""
         b, e = self._disturbance(motion)
         target, U_d = self._extrapolate(desired, acceleration, b)
         U = np.clip(target.U if self.plan.state is None else self.plan.U, -1.0, 1.0)
@@ -322,11 +310,7 @@ class NmpcController(Law[NmpcParameters]):
         return plan.b + error * np.array([0.5, 0.5, 1.0]), plan.e + 0.5 * earth_fixed
 
     def _extrapolate(self, desired: Motion, acceleration: Acceleration, b: Array) -> tuple[Target, Array]:
-        """The target over the horizon, and the present inputs of the reference.
-
-        `acceleration`: derivatives of its body velocities. `b`: estimated hull-fixed disturbance, which the target's inputs
-        compensate.
-        """
+        """The target over the horizon, and the present inputs of the reference."""
         inputs, sway_force = self.horizon.inputs(desired, acceleration)
         present = inputs[:, 0]
         rate = np.zeros(2)

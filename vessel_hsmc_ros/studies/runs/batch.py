@@ -58,19 +58,7 @@ def run_all(
     The first error of a task cancels the others, as does an interrupt (Ctrl-C) of this process. A running task is cancelled at
     its next report of progress.
 
-    Args:
-        function: A function at the top level of a module, called with a task and a callback for the progress of that task.
-        tasks: Its arguments, started in this order: the longest first keeps all workers busy until the end.
-        workers: Number of processes; one per available core by default.
-        on_result: Called with each result as soon as it is available.
-        on_progress: Called several times a second with the sum of the progress of all tasks.
-
-    Returns:
-        The results in the order of the tasks.
-
-    Raises:
-        RunError: a worker process was killed.
-        Exception: the exception of the function for the first task that failed.
+    Returns the results in the order of the tasks.
     """
     workers = min(workers or len(os.sched_getaffinity(0)), len(tasks))
     if workers <= 1:
@@ -93,12 +81,7 @@ def stream(
     threads: bool = False,
     on_result: Callable[[R], None],
 ) -> None:
-    """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run.
-
-    `function`: as in `run_all`; its callback only cancels it after an error or an interrupt. `tasks`: its arguments; an
-    iterator makes each when its turn comes. `workers`: number of tasks at a time; one per available core by default. `threads`:
-    run in threads instead of processes, for functions that spend their time outside of the interpreter.
-    """
+    """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run."""
     workers = workers or len(os.sched_getaffinity(0))
     if workers <= 1:
         for task in tasks:
@@ -262,10 +245,8 @@ def simulate_many(
 ) -> list[Outcome]:
     """Simulate and evaluate scenarios; a run that is unstable or fails is an outcome, not an error.
 
-    `scenarios`: one for each run, with its own seed; an iterator may make each when its turn comes. `every`: of the kept
-    arrays, keep every k-th row only. `workers`: number of runs at a time, in threads if the first scenario is compiled,
-    otherwise in processes; None for one per core. `on_result`: called with each outcome as soon as it is known. Raises RunError
-    if a worker process was killed.
+    `workers`: number of runs at a time, in threads if the first scenario is compiled, otherwise in processes; None for one per
+    core.
     """
     outcomes: list[Outcome] = []
 
@@ -290,11 +271,7 @@ def run_task(task: Task, progress: Progress) -> Outcome:
 def simulate_one(
     scenario: Scenario, index: int = 0, keep: bool = False, every: int = 1, progress: Progress | None = None
 ) -> Outcome:
-    """Simulate and evaluate one scenario.
-
-    `every`: of the kept arrays, keep every k-th row only. `progress`: called now and then with the completed fraction, from 0
-    to 1; may raise an exception to cancel the run.
-    """
+    """Simulate and evaluate one scenario."""
     try:
         # The legs are judged by the positions, which a run that is only to be evaluated does not keep.
         if not keep and not has_legs(scenario):

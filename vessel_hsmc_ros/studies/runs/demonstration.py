@@ -46,11 +46,7 @@ class Task(NamedTuple):
 
 
 def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], None]) -> RunFolder:
-    """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it.
-
-    `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others. Raises RunError if
-    ROS is not installed, or other runs use the domains.
-    """
+    """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it."""
     with free_domains(len(LAWS)) as domains:
         parent = make_run_folder(output, "demo")
         folders = [RunFolder(parent.path / law) for law in LAWS]
@@ -80,10 +76,7 @@ class Comparison(NamedTuple):
 
 
 def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
-    """Write a page that overlays the runs of the demonstration.
-
-    Raises BagError if a bag cannot be read; ReportError if the page or a figure cannot be written.
-    """
+    """Write a page that overlays the runs of the demonstration."""
     from vessel_hsmc_ros.report.making import Options, read, write  # imports the libraries of reports
 
     records = read(bags)

@@ -26,10 +26,7 @@ BEST = "best.yaml"
 
 
 def write(folder: Path, result: Result) -> dict[str, Path]:
-    """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind."""
     names = {
         "gains": BEST,
         "page": "tune.html",

@@ -72,13 +72,7 @@ class Gain(NamedTuple):
 
 
 def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]:
-    """Parse and check the gains of a tuning.
-
-    `texts`: `controller.law.name`, `controller.law.name=low:high` or `controller.law.name=low:high:log`; an asterisk in a name
-    without a range stands for all gains that match. `present`: a scenario, whose values are the middle of the ranges that are
-    not given. Raises ParameterError if a gain is unknown, not one of the law, not a number or given twice, or its range is not
-    inside the declared one.
-    """
+    """Parse and check the gains of a tuning."""
     values = schema.flatten(present.controller)
     entries = schema.entries(controller_parameters())
     gains: dict[str, Gain] = {}
@@ -151,11 +145,7 @@ def _around(entry: Entry, value: Any) -> Gain:
 
 
 def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
-    """The same scenario with other parameters of its controller.
-
-    `values`: values by `controller.name`. Raises InstabilityError if a gain is unstable at the controller's rate;
-    ParameterError if a value is out of range, or does not fit another one.
-    """
+    """The same scenario with other parameters of its controller."""
     changed = {name.removeprefix(NODE): value for name, value in values.items()}
     controller = schema.build(controller_parameters(), schema.flatten(scenario.controller) | changed, "controller")
     make_law(controller)  # constructed only to check what single parameters cannot show
@@ -179,12 +169,7 @@ class Case:
 
 
 def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
-    """The runs of a scenario, a suite or a campaign.
-
-    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file. Raises ScenarioError if
-    there is no such scenario, suite or campaign, or it cannot be read; ParameterError if a parameter is unknown or out of
-    range.
-    """
+    """The runs of a scenario, a suite or a campaign."""
     changes = {**changes, **({LAW: law} if law else {})}
     kind = _kind(source)
     if kind == "campaign":
@@ -220,10 +205,7 @@ def _kind(source: str) -> str:
 
 
 def held_out_cases(source: str, changes: Mapping[str, object], law: str, others: bool) -> list[Case]:
-    """Runs to evaluate a tuning on, which its search has not seen.
-
-    `others`: whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
-    """
+    """Runs to evaluate a tuning on, which its search has not seen."""
     if not others and _kind(source) == "campaign":
         campaign = Campaign.load(source)
         return _of_campaign(replace(campaign, seed=campaign.seed + SEED_STEP), {**changes, LAW: law})
@@ -286,11 +268,7 @@ class Objective:
         return np.array([[_value(outcome, name) for name in (self.metric, self.second)] for outcome in outcomes], np.float64)
 
     def check(self, values: Array, failures: Sequence[str]) -> None:
-        """Check that there is something to minimise.
-
-        `values`: the metrics of all runs, (n, 2). Raises ParameterError if no run has a value of a metric, although none
-        failed: a limit that it refers to is not set.
-        """
+        """Check that there is something to minimise. `values`: the metrics of all runs, (n, 2)."""
         for name, column in zip((self.metric, self.second), values.T, strict=True):
             if name != SETTLING and np.isnan(column).all() and not any(failures):
                 raise ParameterError(f"metric {name} has no value in any run: the scenario sets no limit that it refers to")
@@ -315,10 +293,7 @@ class Objective:
 
 
 def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
-    """The objective by the names of the command line; without a second metric the effort is only evaluated.
-
-    Raises ParameterError if there is no metric of that name, or both are the same.
-    """
+    """The objective by the names of the command line; without a second metric the effort is only evaluated."""
     second = next(name for name in EFFORTS if name != metric) if second_metric is None else second_metric
     return Objective(metric, second, second_metric is not None, aggregate)
 
@@ -390,10 +365,7 @@ class Tuning:
         }
 
     def scenarios(self, gains: Mapping[str, float]) -> list[Scenario]:
-        """The scenarios of all cases with other gains.
-
-        Raises InstabilityError if a gain is unstable at the rate of the law; ParameterError if a gain does not fit another one.
-        """
+        """The scenarios of all cases with other gains."""
         return [with_gains(case.scenario, gains) for case in self.cases]
 
     def evaluate(self, cases: Sequence[Case], gains: Mapping[str, float], scales: Array | None = None) -> Evaluation:
