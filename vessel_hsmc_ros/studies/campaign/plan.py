@@ -1,4 +1,4 @@
-"""A campaign: one YAML file with a scenario, distributions over its parameters, and the runs that they define."""
+"""A campaign: one YAML file with a scenario, distributions over its parameters, and the runs that they define.
 
 Run i is a pure function of the campaign file, the scenario and i, its noise included. A draw gives all drawn parameters a
 value; its runs, one for each variant, share these values and the noise, so that variants are compared on the same ships and
