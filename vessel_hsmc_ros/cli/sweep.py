@@ -72,14 +72,12 @@ def sweep(
             update(number, f"{number} of {len(planned)}: {values}")
 
         outcomes = sweeps.run_all(planned, workers, show)
-    from vessel_hsmc_ros.studies.campaign import sweep  # imports the libraries of reports
-
-    head, lines = sweep.table(axes, outcomes, metrics)
+    head, lines = sweeps.table(axes, outcomes, metrics)
     if len(lines) <= MAX_TABLE_ROWS:
         # The table breaks names at spaces: a long name of a parameter must not displace numbers.
         print_table([name.replace(".", " .") for name in head], lines, text_columns=int(head[0] == "law"))
-    for note in sweep.notes(axes, outcomes):
+    for note in sweeps.notes(axes, outcomes):
         print_line(note)
-    files = sweep.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
+    files = sweeps.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
     for kind, path in files.items():
         print_line(f"{kind}: {path}")

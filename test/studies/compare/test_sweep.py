@@ -13,7 +13,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.studies.campaign import sweep
-from vessel_hsmc_ros.studies.campaign.sweep import Axis, Outcome, Point, parse_axis, points, run_all, run_point
+from vessel_hsmc_ros.studies.campaign.sweep import Axis, Outcome, Point, parse_axis, points, run_all
 
 GAIN, WEIGHT = "controller.guided.position_gain", "controller.hierarchical_printed.sway_weight"
 SHORT = {"vessel_sim.duration": 1.0}
@@ -94,9 +94,9 @@ def test_a_wrong_value_is_an_error_before_anything_runs() -> None:
 
 
 def test_a_run_that_is_unstable_or_fails_is_an_outcome() -> None:
-    unstable = run_point(Point("case2_tracking", (50.0,), {**SHORT, "controller.rate_hz": 50.0}))
+    [unstable] = run_all([Point("case2_tracking", (50.0,), {**SHORT, "controller.rate_hz": 50.0})], 1)
     assert "is unstable at" in unstable.failure
-    diverging = run_point(Point("case2_tracking", (30.0,), {"vessel_sim.duration": 40.0, WEIGHT: 30.0}))
+    [diverging] = run_all([Point("case2_tracking", (30.0,), {"vessel_sim.duration": 40.0, WEIGHT: 30.0})], 1)
     assert "no longer finite" in diverging.failure
     assert math.isnan(diverging.value("position_error_rms"))
 

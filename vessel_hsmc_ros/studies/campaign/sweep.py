@@ -1,13 +1,9 @@
-"""A sweep: one scenario simulated for each value of a parameter, or for each pair of values of two, on all cores.
-
-`points` plans the runs, and `run_all` executes them; what executes a point may change without the plan.
-"""
+"""A sweep: one scenario simulated for each value of a parameter, or for each pair of values of two; its files and its picture."""
 
 import csv
 import itertools
 import json
 import math
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,28 +11,27 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
+from vessel_hsmc_ros.report.style import LIMIT, SERIES, figure
 from vessel_hsmc_ros.report.tables import label, text
 from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
+from vessel_hsmc_ros.studies.campaign.plan import LAW
 from vessel_hsmc_ros.studies.runs import batch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.ticker import Formatter
-
-LAW = "controller.law"
 
 MAX_SWEEP_POINTS = 100_000  # largest number of values of an axis
+MAX_TICKS = 8  # largest number of named cells along a side of a heat map
 FORM = "node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
+FAILED = "failed"
 
 
 class Axis(NamedTuple):
@@ -44,6 +39,11 @@ class Axis(NamedTuple):
 
     parameter: str
     values: tuple[Any, ...]
+
+    @property
+    def numeric(self) -> bool:
+        """Whether all values are numbers."""
+        return all(isinstance(value, int | float) and not isinstance(value, bool) for value in self.values)
 
 
 class Point(NamedTuple):
@@ -61,8 +61,7 @@ class Outcome:
 
     point: Point
     failure: str = ""  # why it has no metrics, in one line; empty if it has
-    # by the names of core.metrics.Metrics; empty for a run that failed
-    metrics: Mapping[str, float | None] = field(default_factory=dict)
+    metrics: Mapping[str, float | None] = field(default_factory=dict)  # empty for a run that failed
 
     def value(self, metric: str) -> float:
         """A metric; NaN where the run has none."""
@@ -86,20 +85,18 @@ def parse_axis(text: str) -> Axis:
 
 def _range(text: str, parts: Sequence[str]) -> tuple[float, ...]:
     """The values of a range: equally spaced, or with equal ratios."""
-    logarithmic = parts[3:] == ["log"]
     try:
         start, stop, count = float(parts[0]), float(parts[1]), int(parts[2])
     except (IndexError, ValueError):
         raise ParameterError(f"sweep must be {FORM} (got {text})") from None
-    if (parts[3:] and not logarithmic) or not (math.isfinite(start) and math.isfinite(stop)):
+    if parts[3:] not in ([], ["log"]) or not (math.isfinite(start) and math.isfinite(stop)):
         raise ParameterError(f"sweep must be {FORM} (got {text})")
     if not 2 <= count <= MAX_SWEEP_POINTS:
         raise ParameterError(f"count of the sweep must be an integer from 2 to {MAX_SWEEP_POINTS} (got {text})")
-    if logarithmic and not start * stop > 0.0:
+    if parts[3:] and not start * stop > 0.0:
         raise ParameterError(f"start and stop of a sweep with log must be numbers of the same sign, not 0 (got {text})")
-    space = np.geomspace if logarithmic else np.linspace
     # Rounded to 12 digits: 0.3 instead of 0.30000000000000004.
-    values = tuple(float(f"{value:.12g}") for value in space(start, stop, count))
+    values = tuple(float(f"{value:.12g}") for value in (np.geomspace if parts[3:] else np.linspace)(start, stop, count))
     whole = all(value.is_integer() for value in values) and not any(c in parts[0] + parts[1] for c in ".eE")
     return tuple(map(int, values)) if whole else values
 
@@ -107,7 +104,7 @@ def _range(text: str, parts: Sequence[str]) -> tuple[float, ...]:
 def points(
     scenario: str, axes: Sequence[Axis], changes: Mapping[str, object] | None = None, laws: Sequence[str] = ()
 ) -> list[Point]:
-    """Plan the runs of a sweep. Returns the runs, law by law; the last parameter changes fastest."""
+    """Plan the runs of a sweep, law by law; the last of its one or two parameters changes fastest."""
     names = [axis.parameter for axis in axes]
     if not 1 <= len(set(names)) == len(names) <= 2:
         raise ParameterError(f"sweep must have one or two different parameters (got {' and '.join(names) or 'nothing'})")
@@ -119,47 +116,48 @@ def points(
     ]
 
 
-def run_point(point: Point, progress: Callable[[float], None] | None = None) -> Outcome:
-    """Simulate and evaluate one point; a run that is unstable or fails is an outcome, not an error."""
-    try:
-        found = batch.simulate_one(load_scenario(point.scenario, point.changes), progress=progress)
-    except InstabilityError as error:
-        return Outcome(point, str(error))
-    return Outcome(point, found.failure, found.metrics._asdict() if found.metrics else {})
-
-
 def run_all(
-    planned: Sequence[Point], jobs: int | None = None, on_result: Callable[[Outcome], None] | None = None
+    planned: Sequence[Point], jobs: int | None = None, on_result: Callable[[Outcome], None] = lambda _: None
 ) -> list[Outcome]:
-    """Run all points in parallel processes.
+    """Run all points on so many cores, None for all; a run that is unstable or fails is an outcome, not an error.
 
-    `jobs`: Number of processes; None for one per core.
-
-    Returns the outcomes in the order of the runs.
+    All scenarios are checked before the first one runs.
     """
-    ensure_compiled(filter(None, [check(point) for point in planned]))
-    return batch.run_all(run_point, planned, workers=jobs, on_result=on_result)
+    made = [_scenario(point) for point in planned]
+    valid = {i: each for i, each in enumerate(made) if isinstance(each, Scenario)}
+    outcomes: dict[int, Outcome] = {}
+
+    def note(i: int, outcome: Outcome) -> None:
+        outcomes[i] = outcome
+        on_result(outcome)
+
+    for i, reason in enumerate(made):
+        if isinstance(reason, str):
+            note(i, Outcome(planned[i], reason))
+    places = list(valid)
+
+    def simulated(found: batch.Outcome) -> None:
+        i = places[found.index]
+        note(i, Outcome(planned[i], found.failure, found.metrics._asdict() if found.metrics else {}))
+
+    ensure_compiled(list(valid.values()))
+    batch.simulate_many(valid.values(), workers=jobs, on_result=simulated)
+    return [outcomes[i] for i in range(len(planned))]
 
 
-def check(point: Point) -> Scenario | None:
-    """Check the scenario and the values of a point; an unstable gain is allowed, because a sweep shows where it begins.
-
-    Returns its scenario; None if a gain is unstable.
-    """
+def _scenario(point: Point) -> Scenario | str:
+    """The scenario of a point; the reason where a gain is unstable, because a sweep shows where that begins."""
     try:
         return load_scenario(point.scenario, point.changes)
-    except InstabilityError:
-        return None
+    except InstabilityError as error:
+        return str(error)
 
 
 def check_metrics(names: Sequence[str]) -> None:
-    """Check names of metrics. Raises ParameterError if there is no metric of that name."""
+    """Check names of metrics."""
     for name in names:
         if name not in Metrics._fields:
             raise ParameterError(f"--metric must be any of {', '.join(Metrics._fields)} (got {name})")
-
-
-FAILED = "failed"
 
 
 def table(axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> tuple[list[str], list[list[str]]]:
@@ -175,14 +173,17 @@ def table(axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[s
 
 def notes(axes: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[str]:
     """One line on each run that failed."""
-    names = [axis.parameter for axis in axes]
     found = []
     for outcome in outcomes:
         if outcome.failure:
-            values = ", ".join(f"{name} = {shown(value)}" for name, value in zip(names, outcome.point.values, strict=True))
-            law = f"{outcome.point.law}, " if outcome.point.law else ""
-            found.append(f"{law}{values}: {outcome.failure}")
+            values = [f"{axis.parameter} = {shown(value)}" for axis, value in zip(axes, outcome.point.values, strict=True)]
+            found.append(f"{', '.join(filter(None, (outcome.point.law, *values)))}: {outcome.failure}")
     return found
+
+
+def shown(value: object) -> str:
+    """A value of a parameter as text."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def write(folder: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> dict[str, Path]:
@@ -233,100 +234,64 @@ def _page(picture: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metr
     return render_sections(f"{scenario}: {names}", [f"{len(outcomes)} runs, offline"], [section], notes(axes, outcomes))
 
 
-Array = NDArray[Any]
-
-MAX_TICKS = 8  # largest number of cells in a row of a heat map that have their value written into them
-
-
-def shown(value: object) -> str:
-    """A value of a parameter as text."""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
 def draw(path: Path, axes: Sequence[Axis], outcomes: Sequence[Outcome], metrics: Sequence[str]) -> None:
-    """Draw the metrics of all runs."""
-    laws = list(dict.fromkeys(outcome.point.law for outcome in outcomes))
-    rows, columns = (len(metrics), 1) if len(axes) == 1 else (len(laws), len(metrics))
-    size = (8.0, 3.0 * rows + 0.6) if len(axes) == 1 else (5.2 * columns + 0.6, 4.2 * rows)
-    with figure(path, *size) as picture:
-        panels = picture.subplots(rows, columns, squeeze=False)
-        if len(axes) == 1:
-            for panel, metric in zip(panels[:, 0], metrics, strict=True):
-                _lines(panel, axes[0], outcomes, metric, laws)
-        else:
-            for i, law in enumerate(laws):
-                of_law = [outcome for outcome in outcomes if outcome.point.law == law]
-                for panel, metric in zip(panels[i], metrics, strict=True):
-                    _heat_map(panel, axes, of_law, metric, law)
+    """Draw each metric: lines over one parameter, one for each law; heat maps over two, a row of them for each law."""
+    of_laws: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        of_laws.setdefault(outcome.point.law, []).append(outcome)
+    if len(axes) == 1:
+        with figure(path, 8.0, 3.0 * len(metrics) + 0.6) as picture:
+            for panel, metric in zip(picture.subplots(len(metrics), 1, squeeze=False)[:, 0], metrics, strict=True):
+                _lines(panel, axes[0], of_laws, metric)
+        return
+    with figure(path, 5.2 * len(metrics) + 0.6, 4.2 * len(of_laws)) as picture:
+        rows = picture.subplots(len(of_laws), len(metrics), squeeze=False)
+        for panels, (law, runs) in zip(rows, of_laws.items(), strict=True):
+            for panel, metric in zip(panels, metrics, strict=True):
+                _heat_map(panel, axes, runs, metric, law)
 
 
-def _lines(panel: "Axes", axis: Axis, outcomes: Sequence[Outcome], metric: str, laws: Sequence[str]) -> None:
-    """A metric over one parameter, a line for each law; a cross at the top marks a run that failed."""
-    positions = _positions(axis)
-    all_values = np.array([outcome.value(metric) for outcome in outcomes])
-    if spans(all_values):
-        panel.set_yscale("log")
-    for i, law in enumerate(laws):
-        of_law = [outcome for outcome in outcomes if outcome.point.law == law]
+def _lines(panel: "Axes", axis: Axis, of_laws: Mapping[str, Sequence[Outcome]], metric: str) -> None:
+    """A metric over one parameter; a cross at the top marks a run that failed."""
+    places = np.array(axis.values, float) if axis.numeric else np.arange(float(len(axis.values)))
+    for i, (law, runs) in enumerate(of_laws.items()):
         colour = SERIES[i % len(SERIES)]
-        panel.plot(positions, [outcome.value(metric) for outcome in of_law], "o-", color=colour, ms=4, lw=1.2, label=law)
-        failed = [x for x, outcome in zip(positions, of_law, strict=True) if outcome.failure]
-        if failed:  # marked at the top edge, whatever the scale: there is no value to draw them at
-            look: Any = {"color": colour if len(laws) > 1 else LIMIT, "ms": 8, "mew": 2, "label": f"{law} failed".strip()}
+        panel.plot(places, [run.value(metric) for run in runs], "o-", color=colour, ms=4, lw=1.2, label=law)
+        if failed := [x for x, run in zip(places, runs, strict=True) if run.failure]:
+            # At the top edge, whatever the scale: there is no value to draw them at.
+            look: Any = {"color": colour if len(of_laws) > 1 else LIMIT, "ms": 8, "mew": 2, "label": f"{law} failed".strip()}
             panel.plot(failed, [0.96] * len(failed), "x", transform=panel.get_xaxis_transform(), **look)
-    _label_axis(panel.xaxis, panel.set_xscale, axis)
-    panel.yaxis.set_major_formatter(_formatter(metric))
-    panel.set(xlabel=axis.parameter, ylabel="\n".join(textwrap.wrap(label(metric), 24)))
-    if len(laws) > 1 or any(outcome.failure for outcome in outcomes):
+    if spans(np.array([run.value(metric) for runs in of_laws.values() for run in runs])):
+        panel.set_yscale("log")
+    if not axis.numeric:
+        panel.set_xticks(places, [shown(value) for value in axis.values])
+    elif spans(places):
+        panel.set_xscale("log")
+    panel.yaxis.set_major_formatter(lambda value, _: text(metric, value))
+    panel.set(xlabel=axis.parameter, title=label(metric))
+    if len(of_laws) > 1 or len(panel.lines) > 1:
         panel.legend(loc="best")
 
 
 def _heat_map(panel: "Axes", axes: Sequence[Axis], outcomes: Sequence[Outcome], metric: str, law: str) -> None:
-    """A metric over two parameters; a cross marks a run that failed."""
-    from matplotlib.colors import LogNorm
-
+    """A metric over two parameters, in cells of equal size whatever their values; a cross marks a run that failed."""
     shape = len(axes[0].values), len(axes[1].values)
     values = np.array([outcome.value(metric) for outcome in outcomes]).reshape(shape)
-    failed = np.array([bool(outcome.failure) for outcome in outcomes]).reshape(shape)
-    # In cells of equal size, whatever the spacing of the values.
-    norm = LogNorm() if spans(values) else None
+    norm = "log" if spans(values) else "linear"
     image = panel.imshow(np.ma.masked_invalid(values), origin="lower", aspect="auto", cmap="viridis_r", norm=norm)
     panel.set_facecolor("#e3e6e9")
     panel.grid(visible=False)
-    for row, column in zip(*np.nonzero(failed), strict=True):
-        panel.plot(column, row, "x", color=LIMIT, ms=8, mew=2)
+    rows, columns = np.divmod([i for i, outcome in enumerate(outcomes) if outcome.failure], shape[1])
+    panel.plot(columns, rows, "x", color=LIMIT, ms=8, mew=2)
     if max(shape) <= MAX_TICKS:
+        plate: Any = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.8}
         for (row, column), value in np.ndenumerate(values):
-            if not failed[row, column]:
-                panel.text(column, row, text(metric, value), ha="center", va="center", fontsize=7, bbox=_PLATE)
+            if math.isfinite(value):
+                panel.text(column, row, text(metric, value), ha="center", va="center", fontsize=7, bbox=plate)
     for scale, axis in ((panel.yaxis, axes[0]), (panel.xaxis, axes[1])):
-        every = max(1, -(-len(axis.values) // MAX_TICKS))
-        ticks = range(0, len(axis.values), every)
+        ticks = range(0, len(axis.values), max(1, -(-len(axis.values) // MAX_TICKS)))
         scale.set_ticks(list(ticks), [shown(axis.values[i]) for i in ticks])
     panel.set(xlabel=axes[1].parameter, ylabel=axes[0].parameter, title=": ".join(filter(None, (law, label(metric)))))
     if np.isfinite(values).any():
-        panel.figure.colorbar(image, ax=panel, format=_formatter(metric))
-
-
-_PLATE = {"boxstyle": "round,pad=0.15", "fc": "white", "ec": NEUTRAL, "lw": 0.3, "alpha": 0.8}
-
-
-def _formatter(metric: str) -> "Formatter":
-    from matplotlib.ticker import FuncFormatter
-
-    return FuncFormatter(lambda value, _: text(metric, value))
-
-
-def _positions(axis: Axis) -> Array:
-    """The values of a numeric parameter; the numbers from 0 for one of texts or lists."""
-    numeric = all(isinstance(value, int | float) and not isinstance(value, bool) for value in axis.values)
-    return np.array(axis.values, float) if numeric else np.arange(float(len(axis.values)))
-
-
-def _label_axis(scale: Any, set_scale: Any, axis: Axis) -> None:
-    """Choose a logarithmic scale for widely spaced numbers, and name the values that are not numbers."""
-    positions = _positions(axis)
-    if any(not isinstance(value, int | float) or isinstance(value, bool) for value in axis.values):
-        scale.set_ticks(positions, [shown(value) for value in axis.values])
-    elif spans(positions):
-        set_scale("log")
+        bar = panel.figure.colorbar(image, ax=panel)
+        bar.ax.yaxis.set_major_formatter(lambda value, _: text(metric, value))

@@ -16,6 +16,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -55,22 +56,20 @@ def run_all(
 ) -> list[R]:
     """Call a function with every task, in worker processes, or in this process if one worker is sufficient.
 
-    The first error of a task cancels the others, as does an interrupt (Ctrl-C) of this process. A running task is cancelled at
-    its next report of progress.
-
-    Returns the results in the order of the tasks.
+    `function` stands at the top level of a module; it is called with a task and a callback for the progress of that task, whose
+    sum `on_progress` gets several times a second. The first error of a task cancels the others, as does an interrupt (Ctrl-C):
+    each ends at its next report of progress. The results have the order of the tasks; the longest first keeps all workers busy.
     """
+    results: dict[int, R] = {}
+
+    def note(index: int, result: R) -> None:
+        results[index] = result
+        if on_result is not None:
+            on_result(result)
+
     workers = min(workers or len(os.sched_getaffinity(0)), len(tasks))
-    if workers <= 1:
-        return _run_here(function, tasks, on_result, on_progress)
-    with _processes(workers, len(tasks)) as (pool, progress):
-        futures = [_submit(pool, function, index, task) for index, task in enumerate(tasks)]
-        pending = set(futures)
-        while pending:
-            pending = _take(pending, on_result)
-            if on_progress is not None:
-                on_progress(sum(progress))
-        return [future.result() for future in futures]
+    _perform(function, tasks, workers, False, note, len(tasks), on_progress)
+    return [results[index] for index in range(len(tasks))]
 
 
 def stream(
@@ -81,32 +80,77 @@ def stream(
     threads: bool = False,
     on_result: Callable[[R], None],
 ) -> None:
-    """Call a function with every task as `run_all`; the tasks are taken one by one, a few ahead of those that run."""
+    """Call a function with every task as `run_all`; an iterator makes each task when its turn comes.
+
+    `threads` are for functions that spend their time outside of the interpreter.
+    """
     workers = workers or len(os.sched_getaffinity(0))
+    _perform(function, tasks, workers, threads, lambda _, result: on_result(result), AHEAD * workers)
+
+
+def _perform(
+    function: Callable[[T, Progress], R],
+    tasks: Iterable[T],
+    workers: int,
+    threads: bool,
+    note: Callable[[int, R], None],
+    ahead: int,
+    on_progress: Progress | None = None,
+) -> None:
+    """Call a function with every task, so many ahead of those that run, and note the results with their numbers."""
     if workers <= 1:
-        for task in tasks:
-            on_result(function(task, lambda _: None))
+        _run_here(function, tasks, note, on_progress)
         return
-    with _threads(workers) if threads else _processes(workers, 1) as (pool, shared):
-        pending: set[Future[R]] = set()
-        for task in tasks:
-            pending.add(pool.submit(function, task, shared) if threads else _submit(pool, function, 0, task))
-            while len(pending) >= AHEAD * workers:
-                pending = _take(pending, on_result)
+    pending: dict[Future[R], int] = {}
+
+    def take() -> None:
+        done, _ = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
+        for future in done:
+            try:
+                note(pending.pop(future), future.result())
+            except BrokenProcessPool as error:
+                raise RunError(f"a worker process has died: {error}") from None
+        if on_progress is not None:
+            on_progress(sum(progress))
+
+    with _threads(workers) if threads else _processes(workers, ahead) as (submit, progress):
+        for index, task in enumerate(tasks):
+            pending[submit(function, index % ahead, task)] = index
+            while len(pending) >= ahead:
+                take()
         while pending:
-            pending = _take(pending, on_result)
+            take()
+
+
+def _run_here(
+    function: Callable[[T, Progress], R], tasks: Iterable[T], note: Callable[[int, R], None], on_progress: Progress | None
+) -> None:
+    """Call a function with every task in this process."""
+    progress: dict[int, float] = {}
+    for index, task in enumerate(tasks):
+
+        def report(value: float, index: int = index) -> None:
+            if on_progress is not None:
+                progress[index] = value
+                on_progress(sum(progress.values()))
+
+        note(index, function(task, report))
+
+
+Submit = Callable[[Callable[[Any, Progress], Any], int, Any], Future[Any]]
 
 
 @contextlib.contextmanager
-def _processes(workers: int, tasks: int) -> Iterator[tuple[Executor, Any]]:
-    """A context with worker processes for `_run_task` and the progress of their tasks; an exception in it cancels them."""
+def _processes(workers: int, slots: int) -> Iterator[tuple[Submit, Any]]:
+    """A context with worker processes and the progress of so many tasks; an exception in it cancels them."""
     context = multiprocessing.get_context("spawn")  # a forked copy of a process with threads may deadlock
     # Shared memory without locks: each worker writes its own element, and a stale value is harmless.
-    progress: Any = context.RawArray(ctypes.c_double, tasks)
+    progress: Any = context.RawArray(ctypes.c_double, slots)
     cancelled: Any = context.RawValue(ctypes.c_bool, False)
     with ProcessPoolExecutor(workers, context, _prepare_worker, (progress, cancelled, loaded_law_files())) as pool:
         try:
-            yield pool, progress
+            resource_tracker.ensure_running()  # as it unblocks the signal when the first worker needs it
+            yield partial(_submit, pool), progress
         except BaseException:  # KeyboardInterrupt too
             # Wait for the workers: one that still reports progress would write into memory that a later pool may own by then.
             cancelled.value = True
@@ -115,8 +159,8 @@ def _processes(workers: int, tasks: int) -> Iterator[tuple[Executor, Any]]:
 
 
 @contextlib.contextmanager
-def _threads(workers: int) -> Iterator[tuple[Executor, Progress]]:
-    """A context with threads and the callback that cancels their tasks after an exception in it."""
+def _threads(workers: int) -> Iterator[tuple[Submit, Sequence[float]]]:
+    """A context with threads, whose tasks an exception in it cancels."""
     cancelled = threading.Event()
 
     def report(_: float) -> None:
@@ -125,32 +169,11 @@ def _threads(workers: int) -> Iterator[tuple[Executor, Progress]]:
 
     with ThreadPoolExecutor(workers) as pool:
         try:
-            yield pool, report
+            yield lambda function, _, task: pool.submit(function, task, report), ()
         except BaseException:
             cancelled.set()
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-
-
-def _run_here(
-    function: Callable[[T, Progress], R],
-    tasks: Sequence[T],
-    on_result: Callable[[R], None] | None,
-    on_progress: Progress | None,
-) -> list[R]:
-    progress = [0.0] * len(tasks)
-    results = []
-    for index, task in enumerate(tasks):
-
-        def report(value: float, index: int = index) -> None:
-            progress[index] = value
-            if on_progress is not None:
-                on_progress(sum(progress))
-
-        results.append(function(task, report))
-        if on_result is not None:
-            on_result(results[-1])
-    return results
 
 
 def _submit(pool: Executor, function: Callable[[Any, Progress], R], index: int, task: Any) -> Future[R]:
@@ -167,22 +190,8 @@ def _submit(pool: Executor, function: Callable[[Any, Progress], R], index: int, 
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
-    resource_tracker.ensure_running()  # as it unblocks the signal when the first worker needs it
     submitted: Future[R] = uninterrupted(start, ())
     return submitted
-
-
-def _take(pending: set[Future[R]], on_result: Callable[[R], None] | None) -> set[Future[R]]:
-    """Wait a little; hand over what is done, raise its first error, and return what is not."""
-    done, pending = wait(pending, timeout=POLL, return_when=FIRST_COMPLETED)
-    for future in done:
-        try:
-            result = future.result()
-        except BrokenProcessPool as error:
-            raise RunError(f"a worker process has died: {error}") from None
-        if on_result is not None:
-            on_result(result)
-    return pending
 
 
 def _prepare_worker(progress: Any, cancelled: Any, law_files: Sequence[Path]) -> None:
