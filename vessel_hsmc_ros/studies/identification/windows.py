@@ -170,13 +170,7 @@ def unrolled(cut: Windows, values: Array, samples: int) -> Array:
 
 
 def simulated(
-    cut: Windows,
-    starts: Array,
-    vessel: Vessel,
-    gains: Array,
-    offsets: Array,
-    delay: float = 0.0,
-    currents: Array | None = None,
+    cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets: Array, delay: float = 0.0, currents: Array | None = None
 ) -> Array:
     """The motion in all windows, (w, k, 6).
 

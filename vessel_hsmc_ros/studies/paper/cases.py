@@ -67,10 +67,7 @@ class Case:
 DURATION = "vessel_sim.duration"
 SHORT: Mapping[str, object] = {DURATION: 60.0}
 TRACKING, STRAIGHT, SLALOM = "case2_tracking", "case2_straight", "case2_slalom"
-LIMITS: Mapping[str, object] = {
-    "vessel_sim.actuators.surge_force_limit": 2e5,
-    "vessel_sim.actuators.yaw_moment_limit": 3e6,
-}
+LIMITS: Mapping[str, object] = {"vessel_sim.actuators.surge_force_limit": 2e5, "vessel_sim.actuators.yaw_moment_limit": 3e6}
 SWAY_WEIGHT = "controller.hierarchical_printed.sway_weight"
 # 0.299 rad/s² and 0.213 m/s² at the largest z1 and z2 of the circle, rounded up. Without networks eta1 must exceed b·|f_r| too,
 # in all 1.9 rad/s² on the circle.

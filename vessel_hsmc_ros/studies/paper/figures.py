@@ -17,13 +17,7 @@ from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, of_law
 from vessel_hsmc_ros.studies.paper.reproduction import CaseResult
 
-STYLE: Any = {
-    **PLOT,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "lines.linewidth": 1.3,
-    "savefig.dpi": 200,
-}
+STYLE: Any = {**PLOT, "axes.spines.right": False, "axes.spines.top": False, "lines.linewidth": 1.3, "savefig.dpi": 200}
 
 START = 1.0  # the first commands of the printed law are far above all later ones: axes are scaled to the time after START, s
 WIDTH = 6.3

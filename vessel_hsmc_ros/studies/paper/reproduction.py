@@ -386,12 +386,7 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
             for claim in CLAIMS
         ],
         "findings": [
-            {
-                "quantity": f.quantity,
-                "prototype": f.prototype,
-                "here": _finite(f.measured(results)),
-                "agrees": f.agrees(results),
-            }
+            {"quantity": f.quantity, "prototype": f.prototype, "here": _finite(f.measured(results)), "agrees": f.agrees(results)}
             for f in FINDINGS
         ],
     }

@@ -310,12 +310,7 @@ def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
             progress(loop.done / samples)
     found = loop.evaluated()
     return evaluate_errors(
-        found.time,
-        found.error,
-        found.wrench,
-        commanded=found.command,
-        limits=bounds(scenario),
-        hull_length=hull_length(scenario),
+        found.time, found.error, found.wrench, commanded=found.command, limits=bounds(scenario), hull_length=hull_length(scenario)
     )
 
 

@@ -31,7 +31,7 @@ TITLES = {
     "guided": "The guided law",
 }
 CAUSES = {
-    "hierarchical_printed": "the sway and heading terms of its surface S1 cancel each other without vanishing (equation 46)",
+    "hierarchical_printed": "the sway and heading terms of its surface S1 cancel each other without vanishing (equation 46)"
 }
 """Why a law fails to converge, where the analysis in docs/paper.md explains it."""
 
