@@ -54,7 +54,6 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[s
         sentences=findings.sentences(results, found),
         notes=_notes(results),
         colours={law: colour(results, law) for law in results.by_variant},
-        lost=findings.lost(findings.ships_of(results)) if campaign.has_ships else None,
         failures=findings.failures(results),
         quantiles=findings.quantiles(results),
         comparisons=findings.comparisons(results),
