@@ -73,50 +73,39 @@ def _block(method: str, dimensions: int, seed: int, number: int) -> Array:
 
 @dataclass(frozen=True)
 class Uniform:
-    """Equally likely from `low` to `high`."""
+    """A number, or the logarithm of one above 0, that is equally likely between the ends."""
 
     low: float
     high: float
+    logarithmic: bool = False
 
     def truncated(self, low: float, high: float) -> "Uniform | None":
         """The same within limits; None if no value is."""
-        inside = Uniform(max(self.low, low), min(self.high, high))
+        inside = replace(self, low=max(self.low, low), high=min(self.high, high))
         return inside if inside.low <= inside.high else None
 
     def quantile(self, u: float) -> float:
         """The value below which a draw is with probability u."""
-        return self.low + u * (self.high - self.low)
-
-
-@dataclass(frozen=True)
-class LogUniform:
-    """A positive number whose logarithm is equally likely between those of `low` and `high`."""
-
-    low: float
-    high: float
-
-    def truncated(self, low: float, high: float) -> "LogUniform | None":
-        """The same within limits; None if no value is."""
-        inside = LogUniform(max(self.low, low), min(self.high, high))
-        return inside if inside.low <= inside.high else None
-
-    def quantile(self, u: float) -> float:
-        """The value below which a draw is with probability u."""
+        if not self.logarithmic:
+            return self.low + u * (self.high - self.low)
         return min(max(self.low * math.exp(u * math.log(self.high / self.low)), self.low), self.high)
 
 
 @dataclass(frozen=True)
 class Normal:
-    """Gaussian with a mean and a standard deviation, between `low` and `high`."""
+    """A number, or the logarithm of one above 0, that is Gaussian between limits."""
 
     mean: float
     deviation: float
     low: float = -math.inf
     high: float = math.inf
+    logarithmic: bool = False
 
     def truncated(self, low: float, high: float) -> "Normal | None":
         """The same within limits; None if practically no value is: its probability is below the smallest number."""
-        inside = Normal(self.mean, self.deviation, max(self.low, low), min(self.high, high))
+        if self.logarithmic:
+            low, high = (math.log(limit) if limit > 0.0 else -math.inf for limit in (low, high))
+        inside = replace(self, low=max(self.low, low), high=min(self.high, high))
         lower, upper = inside._probabilities()
         return inside if upper > lower else None
 
@@ -127,7 +116,8 @@ class Normal:
             u = 1.0 - u
         standard = float(ndtri(lower + u * (upper - lower)))
         value = self.mean + self.deviation * (-standard if self._mirrored else standard)
-        return min(max(value, self.low), self.high)
+        value = min(max(value, self.low), self.high)
+        return math.exp(value) if self.logarithmic else value
 
     @property
     def _mirrored(self) -> bool:
@@ -138,24 +128,6 @@ class Normal:
         """Those of the limits in the standard normal distribution, or in its mirror image."""
         low, high = (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation
         return (float(ndtr(-high)), float(ndtr(-low))) if self._mirrored else (float(ndtr(low)), float(ndtr(high)))
-
-
-@dataclass(frozen=True)
-class Lognormal:
-    """A positive number whose logarithm is Gaussian."""
-
-    logarithm: Normal
-
-    def truncated(self, low: float, high: float) -> "Lognormal | None":
-        """The same within limits; None if no value is."""
-        if high <= 0.0:
-            return None
-        inside = self.logarithm.truncated(math.log(low) if low > 0.0 else -math.inf, math.log(high))
-        return None if inside is None else Lognormal(inside)
-
-    def quantile(self, u: float) -> float:
-        """The value below which a draw is with probability u."""
-        return math.exp(self.logarithm.quantile(u))
 
 
 @dataclass(frozen=True)
@@ -176,7 +148,7 @@ class Grid:
     values: tuple[float, ...]
 
 
-Continuous = Uniform | LogUniform | Normal | Lognormal
+Continuous = Uniform | Normal
 Distribution = Continuous | Choice | Grid
 
 FORMS = {
@@ -239,10 +211,10 @@ def _continuous(kind: str, a: float, b: float) -> Continuous | None:
     if kind == "uniform":
         return Uniform(a, b) if a <= b else None
     if kind == "loguniform":
-        return LogUniform(a, b) if 0.0 < a <= b else None
+        return Uniform(a, b, logarithmic=True) if 0.0 < a <= b else None
     if kind == "normal":
         return Normal(a, b) if b > 0.0 else None
-    return Lognormal(Normal(math.log(a), b)) if a > 0.0 and b > 0.0 else None
+    return Normal(math.log(a), b, logarithmic=True) if a > 0.0 and b > 0.0 else None
 
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]")
@@ -344,7 +316,7 @@ def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Gr
         raise ParameterError(f"draw {drawn.name} must be a choice (got {given}), as the parameter is {entry.allowed}")
     # An integer takes the share of the numbers that are rounded to it.
     half = 0.5 if drawn.type is int else 0.0
-    if half and isinstance(distribution, Uniform):
+    if half and isinstance(distribution, Uniform) and not distribution.logarithmic:
         wider = half / abs(drawn.factor)
         distribution = Uniform(distribution.low - wider, distribution.high + wider)
     low, high = drawn.limits
