@@ -9,7 +9,7 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
 from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
-from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
+from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
 from vessel_hsmc_ros.scenario.scenario import Scenario

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.report.style import figure, page_colour
 
 if TYPE_CHECKING:

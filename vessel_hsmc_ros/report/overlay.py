@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.safety.stopping import Water, stop
+from vessel_hsmc_ros.control.safety.fence_guard import Water, stop
 from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.run_data import recorded

@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.metrics import Metrics, evaluate
+from vessel_hsmc_ros.core.metrics import Metrics, Passed, TrackErrors, evaluate, missed, per_leg
 from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.core.track_errors import Passed, TrackErrors, missed, per_leg
 from vessel_hsmc_ros.guidance.factory import PLANNED, track_of
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, passed, track_errors
-from vessel_hsmc_ros.guidance.scheduled import Point
+from vessel_hsmc_ros.guidance.waypoints import Point
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Paths = Sequence[tuple[float, Sequence[Point]]]  # waypoints that were set by messages, with their times, s

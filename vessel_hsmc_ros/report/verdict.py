@@ -11,6 +11,7 @@ from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.metrics import (
     NOISE_PEAK,
     Metrics,
+    per_leg,
     position_error,
     reversals_per_second,
     rms,
@@ -19,7 +20,6 @@ from vessel_hsmc_ros.core.metrics import (
 )
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
 from vessel_hsmc_ros.core.run_data import Run, commanded, recorded
-from vessel_hsmc_ros.core.track_errors import per_leg
 from vessel_hsmc_ros.guidance.planned_track import leg_count
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
 from vessel_hsmc_ros.report.record import Mark, Record, hull_length, leg_rows, measured, planned, running_time

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.guidance.scheduled import NONE
+from vessel_hsmc_ros.guidance.waypoints import NONE
 
 OWNER = "reference_ship.actions"
 

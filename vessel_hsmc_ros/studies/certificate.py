@@ -19,27 +19,40 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.inputs import dynamics
+from vessel_hsmc_ros.control.interface.actuators import dynamics
 from vessel_hsmc_ros.control.interface.known_vessel import ControlledVessel
-from vessel_hsmc_ros.control.laws.hierarchical_bounds import ball, circled, rest_ratio, routh_ratio, turning_ratio
 from vessel_hsmc_ros.control.laws.hierarchical_linear import (
     R_,
     SIGMAS,
     U_,
     V_,
     Error,
+    Hull,
     Lag,
     Loads,
+    Mean,
+    Steady,
+    at_rest,
     dead_time,
     error,
     linearise,
     poles,
     settling,
+    steady,
 )
-from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
-from vessel_hsmc_ros.control.laws.hierarchical_steady import Hull, Mean, Steady, at_rest, steady
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import (
+    Gains,
+    HierarchicalParameters,
+    Interval,
+    about,
+    ball,
+    circled,
+    gains,
+    rest_ratio,
+    routh_ratio,
+    turning_ratio,
+)
 from vessel_hsmc_ros.core.exceptions import InstabilityError
-from vessel_hsmc_ros.core.interval import Interval, about
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.quantities import number
 from vessel_hsmc_ros.core.timing import RateGrid

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.control.laws import LAWS
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.core.run_data import Run

@@ -34,10 +34,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
+from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters

@@ -18,8 +18,8 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.scenario.parameters import VESSEL, declared
 from vessel_hsmc_ros.scenario.scenario import Scenario

@@ -19,8 +19,7 @@ from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.interface.network import Estimates
 from vessel_hsmc_ros.control.laws import hierarchical as repaired
 from vessel_hsmc_ros.control.laws import hierarchical_parameters as repaired_parameters
-from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController
-from vessel_hsmc_ros.control.laws.hierarchical_guidance import guidance, turn_in_current
+from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController, guidance, turn_in_current
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.control.laws.hierarchical_printed import (
     Gains,
@@ -30,11 +29,9 @@ from vessel_hsmc_ros.control.laws.hierarchical_printed import (
     control,
 )
 from vessel_hsmc_ros.control.laws.hierarchical_printed import gains as printed_gains
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration

@@ -36,13 +36,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.known_damping import KnownDamping
-from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.known_vessel import KnownDamping, KnownVessel
+from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 

@@ -28,11 +28,11 @@ import numpy as np
 import yaml
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import __version__
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.schema import Entry
-from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import controller_parameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, make_law, scenario_names
