@@ -23,6 +23,7 @@ RESERVED = (
     "recorded",
     "frame_prefix",
     "ride_through",
+    "real_time",
     "law",
     "rate_hz",
     "input_timeout",
