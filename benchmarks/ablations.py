@@ -4,7 +4,7 @@ Prints the rms position error [m] of the last quarter of 400 s, and the rms chan
 noisy positions, in percent of the limit. --write replaces the table in docs/verdict.md. Takes some minutes.
 
 Every row is the law of the package but for what it names: other parameters, other constants
-(`studies.paper.special_laws.AlteredLaw`), or kernels of this file instead of those of the law. The last ones run interpreted.
+(`studies.paper.reproduction.AlteredLaw`), or kernels of this file instead of those of the law. The last ones run interpreted.
 "Errors from the earth's origin" is the law as printed with the point 3 m ahead, with a reaching gain of 1 1/s, a boundary layer
 and the limits of the actuators.
 """
@@ -36,8 +36,8 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, to_body
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_hsmc_ros.studies.paper.cases import CALM, LIMITS, NO_NETWORKS, PRINTED, TOLD
-from vessel_hsmc_ros.studies.paper.special_laws import AlteredLaw
-from vessel_hsmc_ros.studies.runs.worker_pool import run_all
+from vessel_hsmc_ros.studies.paper.reproduction import AlteredLaw
+from vessel_hsmc_ros.studies.runs.batch import run_all
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "verdict.md"
 TABLE = re.compile(r"(<!-- generated: ablations -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -41,13 +41,12 @@ from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.feasibility import infeasible
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.ship_expansion import resolved
-from vessel_hsmc_ros.studies.compare.comparison_page import COLOURS
-from vessel_hsmc_ros.studies.rivals.nmpc import NmpcParameters
-from vessel_hsmc_ros.studies.rivals.nmpc_model import ModelParameters
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.comparison import COLOURS
+from vessel_hsmc_ros.studies.feasibility import infeasible
+from vessel_hsmc_ros.studies.rivals.nmpc import ModelParameters, NmpcParameters
+from vessel_hsmc_ros.studies.runs import batch
 
 START, ARRIVED = 5.0, 0.02
 """Distance of the start, and the error below which a ship has arrived, in lengths."""
@@ -116,7 +115,7 @@ def main() -> None:
         def progress(done: float) -> None:
             status.update(f"simulating: {done:.0f} of {len(tasks)} runs")
 
-        results = worker_pool.run_all(approach, tasks, on_progress=progress)
+        results = batch.run_all(approach, tasks, on_progress=progress)
     found: list[dict[str, Result]] = [{} for _ in approaches]
     for task, result in zip(tasks, results, strict=True):
         found[task.approach][task.row] = result
@@ -237,7 +236,7 @@ def with_nmpc(scenario: Scenario) -> Scenario:
     )
 
 
-def approach(task: Task, _: worker_pool.Progress) -> Result:
+def approach(task: Task, _: batch.Progress) -> Result:
     """Simulate and measure a run."""
     scenario = task.scenario
     try:

@@ -34,7 +34,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
-from vessel_hsmc_ros.studies.compare.comparison import Task, prepare
+from vessel_hsmc_ros.studies.comparison import Task, prepare
 
 BATCH = 10_000
 STEPS = 3000  # of the longest stop; a step is at most a 400th of the time that it may take

@@ -18,8 +18,7 @@ import numpy as np
 
 from vessel_hsmc_ros.control.interface import known_vessel
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.studies.tuning.plan import Case, Evaluation, Objective, Tuning, load_cases
+from vessel_hsmc_ros.studies.tuning.plan import Case, Evaluation, Gain, Objective, Tuning, load_cases, parse_gains
 from vessel_hsmc_ros.studies.tuning.result import tune
 
 LOS_PID = {

@@ -22,8 +22,8 @@ from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
-from vessel_hsmc_ros.studies.compare.comparison import Task, prepare
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.comparison import Task, prepare
+from vessel_hsmc_ros.studies.runs import batch
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 
@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
     failure: str = ""
 
 
-def check(case: Case, progress: worker_pool.Progress) -> Outcome:
+def check(case: Case, progress: batch.Progress) -> Outcome:
     """Run a case and check its messages."""
     scenario, _ = prepare(case.task)
     try:
@@ -78,7 +78,7 @@ def main() -> int:
     chosen = cases(arguments := parser.parse_args())
     ensure_compiled([prepare(case.task)[0] for case in chosen])
     done = []
-    outcomes = worker_pool.run_all(check, chosen, workers=arguments.workers, on_result=partial(_report, done, len(chosen)))
+    outcomes = batch.run_all(check, chosen, workers=arguments.workers, on_result=partial(_report, done, len(chosen)))
     Console().print(_table(outcomes))
     periods = sum(each.found.steps for each in outcomes if each.found)
     bad = [each for each in outcomes if each.found and (each.found.alarms or each.found.differing)]

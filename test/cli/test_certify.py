@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import Interval
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
-from vessel_hsmc_ros.studies.certificates.certificate import Clause
+from vessel_hsmc_ros.studies.certificate import Clause
 
 SHORT = ("--set", "controller.law=hierarchical")
 

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.report.style import page_colour, run_colour
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.compare.comparison_page import COLOURS
+from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.runs import scenario_run
 from vessel_hsmc_ros.studies.runs.demonstration import LAWS
 

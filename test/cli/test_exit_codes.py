@@ -69,7 +69,7 @@ def test_help_exits_with_0(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
         (["simulate", "case2_tracking"], "vessel_hsmc_ros.simulation.offline.ClosedLoop.run"),
         (
             ["compare", "case2_tracking", "--laws", "los_pid", "--workers", "1"],
-            "vessel_hsmc_ros.studies.compare.comparison.simulate",
+            "vessel_hsmc_ros.studies.comparison.simulate",
         ),
         (["report", "bag"], "vessel_hsmc_ros.report.making.make"),
     ],

@@ -7,7 +7,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.core.schema import entries
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.certificates.margins import study
+from vessel_hsmc_ros.studies.margins import study
 
 HASTY = ("controller.law=guided", "controller.guided.surge_gain=40")
 

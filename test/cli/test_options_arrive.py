@@ -24,7 +24,7 @@ DURATION = "vessel_sim.duration"
 def test_compare_runs_every_law_on_every_scenario_at_the_rate_on_so_many_workers(reach: Reach) -> None:
     settings = "--set", f"{DURATION}=2.5", "--set", "vessel_sim.seed=7"
     options = "--laws", "los_pid, guided", "--rate-hz", 20, "--workers", 3, *settings
-    found = reach("vessel_hsmc_ros.studies.compare.comparison.compare", "compare", "case2_straight", "case2_tracking", *options)
+    found = reach("vessel_hsmc_ros.studies.comparison.compare", "compare", "case2_straight", "case2_tracking", *options)
     tasks = [(task.row.name, task.row.scenario, task.law, task.rate_hz) for task in found["tasks"]]
     scenarios = ("case2_straight", "case2_tracking")
     assert tasks == [(name, name, law, 20.0) for name in scenarios for law in ("los_pid", "guided")]
@@ -48,9 +48,7 @@ def test_goto_takes_one_heading(namespaces: list[str], heading: str) -> None:
 
 def test_compare_takes_the_rows_of_a_suite_after_the_scenarios(reach: Reach, tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("rows:\n  - {name: first, at_most: 3}\n  - {name: second, legs_at_most: 4}\n")
-    found = reach(
-        "vessel_hsmc_ros.studies.compare.comparison.compare", "compare", "goal", "--suite", "mine.yaml", "--laws", "guided"
-    )
+    found = reach("vessel_hsmc_ros.studies.comparison.compare", "compare", "goal", "--suite", "mine.yaml", "--laws", "guided")
     rows = [(task.row.name, task.row.at_most, task.row.legs_at_most, task.rate_hz) for task in found["tasks"]]
     assert rows == [("goal", None, None, None), ("first", 3, None, None), ("second", None, 4, None)]
     assert found["jobs"] is None
@@ -60,14 +58,14 @@ def test_changes_of_the_command_line_take_precedence_over_those_of_a_suite(reach
     row = "{name: short, set: {vessel_sim.duration: 9.0, vessel_sim.seed: 4}}"
     (tmp_path / "mine.yaml").write_text(f"set: {{vessel_sim.duration: 8.0}}\nrows:\n  - {{name: first}}\n  - {row}\n")
     options = "--suite", "mine.yaml", "--laws", "guided", "--set", f"{DURATION}=2.5"
-    found = reach("vessel_hsmc_ros.studies.compare.comparison.compare", "compare", *options)
+    found = reach("vessel_hsmc_ros.studies.comparison.compare", "compare", *options)
     assert [task.row.changes for task in found["tasks"]] == [{DURATION: 2.5}, {DURATION: 2.5, "vessel_sim.seed": 4}]
 
 
 def test_sweep_repeats_its_points_for_each_law_on_so_many_workers(reach: Reach) -> None:
     axes = "controller.guided.position_gain=0.5,0.6", "controller.rate_hz=20,50"
     options = "--laws", "guided,los_pid", "--workers", 3, "--set", f"{DURATION}=2.5"
-    found = reach("vessel_hsmc_ros.studies.compare.sweep.run_all", "sweep", "case2_tracking", *axes, *options)
+    found = reach("vessel_hsmc_ros.studies.campaign.sweep.run_all", "sweep", "case2_tracking", *axes, *options)
     points = [(point.law, point.values) for point in found["planned"]]
     assert points == [(law, (gain, rate)) for law in ("guided", "los_pid") for gain in (0.5, 0.6) for rate in (20, 50)]
     assert {point.changes[DURATION] for point in found["planned"]} == {2.5}
@@ -244,7 +242,7 @@ def test_manoeuvres_takes_ships_kinds_changes_and_folder(reach: Reach, monkeypat
     found = reach("vessel_hsmc_ros.studies.manoeuvres.run.run", "manoeuvres", "otter", *kinds, "--set", "vessel.length=3.5")
     assert (found["kinds"], found["ship"].scenario.vessel_sim.vessel.length) == (["crash_stop", "turning_circle"], 3.5)
     monkeypatch.setattr("vessel_hsmc_ros.studies.manoeuvres.run.run", lambda ship, *_: ship.name)
-    monkeypatch.setattr("vessel_hsmc_ros.studies.manoeuvres.tables.overview", lambda _: (["ship"], []))
+    monkeypatch.setattr("vessel_hsmc_ros.studies.manoeuvres.page.overview", lambda _: (["ship"], []))
     found = reach(
         "vessel_hsmc_ros.studies.manoeuvres.page.write", "manoeuvres", "otter", "cybership2", *kinds, "--output", "there"
     )

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.studies.compare import sweep
+from vessel_hsmc_ros.studies.campaign import sweep
 from vessel_hsmc_ros.studies.identification.excitation import Step
 
 

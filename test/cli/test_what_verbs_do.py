@@ -212,7 +212,7 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
         return f"prediction {len(predicted)}"
 
     monkeypatch.setattr("vessel_hsmc_ros.studies.identification.windows.predict", predict)
-    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.steady_load.steady_load", lambda *given: given)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.page.steady_load", lambda *given: given)
     monkeypatch.setattr(own_ship, "ship_of", lambda values: values)
     monkeypatch.setattr("vessel_hsmc_ros.core.schema.flatten", lambda values: values)
     found: Any = SimpleNamespace(values={"a": 1.5, "b": 2.5}, inputs={"gain": 0.75})

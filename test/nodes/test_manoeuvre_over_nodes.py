@@ -11,8 +11,7 @@ from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.manoeuvres.run import scenario_of
-from vessel_hsmc_ros.studies.manoeuvres.ship import ship_named
+from vessel_hsmc_ros.studies.manoeuvres.run import scenario_of, ship_named
 from vessel_sim_node.node import VesselSimNode
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.studies.compare import comparison_page
+from vessel_hsmc_ros.studies import comparison
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -44,4 +44,4 @@ def test_what_cannot_be_written_is_named_in_one_line(tmp_path: Path) -> None:
 def test_a_comparison_that_cannot_be_written_is_an_error_of_its_folder(tmp_path: Path) -> None:
     (tmp_path / "figures").write_text("a file")
     with pytest.raises(ReportError, match=rf"^results in {re.escape(str(tmp_path))} cannot be written: File exists$"):
-        comparison_page.write(tmp_path, [])
+        comparison.write(tmp_path, [])

@@ -49,8 +49,8 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     "no ranges at all": ("ranges", "core.schema._outside", lambda *_: False),
     "no ranges of faults": ("faults", "core.schema._outside", lambda *_: False),
     "YAML with its own exceptions in a suite": ("suite", "scenario.suite.read_yaml", yaml.safe_load),
-    "limits of a campaign": ("campaign", "studies.campaign.plan_file._limits", dict),
-    "numbers of a campaign": ("campaign", "studies.campaign.plan_file._integer", lambda entries, key, *_: entries.get(key, 1)),
+    "limits of a campaign": ("campaign", "studies.campaign.plan._limits", dict),
+    "numbers of a campaign": ("campaign", "studies.campaign.plan._integer", lambda entries, key, *_: entries.get(key, 1)),
     "draws beyond their distribution": (
         "campaign",
         "studies.campaign.distributions.Uniform.quantile",

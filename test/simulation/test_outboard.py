@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
-from vessel_hsmc_ros.studies.compare.comparison import Task, prepare
+from vessel_hsmc_ros.studies.comparison import Task, prepare
 
 ROW = next(row for row in load_suite("boats") if row.name == "figure eight, 5 m")
 

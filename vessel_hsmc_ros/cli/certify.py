@@ -10,8 +10,7 @@ from vessel_hsmc_ros.cli.console import print_line, print_table
 from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.certificates.certificate import Limits, Part, at_a_point, limits_of, under_way
-from vessel_hsmc_ros.studies.certificates.certified_case import BOX, Case, case_of
+from vessel_hsmc_ros.studies.certificate import BOX, Case, Limits, Part, at_a_point, case_of, limits_of, under_way
 
 EXACT = 1e-6
 """Share of the length below which a bound counts as none."""

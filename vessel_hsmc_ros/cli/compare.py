@@ -28,7 +28,7 @@ from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.studies.compare.comparison import LawRun
+    from vessel_hsmc_ros.studies.comparison import LawRun
 
 MAX_DETAILED_ROWS = 3  # largest number of rows that are printed in a table each; more are printed in one overview
 
@@ -59,7 +59,7 @@ def compare(
     given instead of scenarios, nothing is simulated: the command prints their metrics and writes one page that overlays them,
     as `report` does.
     """
-    from vessel_hsmc_ros.studies.compare import comparison, comparison_page  # imports the libraries of reports
+    from vessel_hsmc_ros.studies import comparison  # imports the libraries of reports
 
     if recorded := [Path(name) for name in scenarios if is_recorded(name)]:
         if len(recorded) < len(scenarios) or changes or any(each is not None for each in (suite, laws, rate_hz)):
@@ -87,7 +87,7 @@ def compare(
         outcomes = comparison.compare(tasks, workers, show)
     print_outcomes(outcomes)  # before the files: a full disk must not lose the results of a long comparison
     folder = make_run_folder(output, "compare").path
-    comparison_page.write(folder, outcomes)
+    comparison.write(folder, outcomes)
     print_line(f"page: {folder / 'compare.html'}")
     print_line(f"tables and figures: {folder}")
 
@@ -100,7 +100,7 @@ def is_recorded(name: str) -> bool:
 def compare_runs(runs: Sequence[Path], output: Path) -> None:
     """Print the metrics of recorded runs, and write their common page."""
     from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
-    from vessel_hsmc_ros.studies.compare.comparison import compare_bags
+    from vessel_hsmc_ros.studies.comparison import compare_bags
 
     bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
     done = compare_bags(bags, make_run_folder(output, "compare"))
@@ -112,7 +112,7 @@ def compare_runs(runs: Sequence[Path], output: Path) -> None:
 def chosen(laws: str | None) -> list[str]:
     """Parse the names of `--laws`. Raises ParameterError if a name is not the name of a law, or is there twice."""
     if laws is None:
-        from vessel_hsmc_ros.studies.compare.comparison import default_laws
+        from vessel_hsmc_ros.studies.comparison import default_laws
 
         return default_laws()
     names = [name.strip() for name in laws.split(",") if name.strip()]
@@ -126,17 +126,17 @@ def chosen(laws: str | None) -> list[str]:
 
 def print_outcomes(outcomes: Sequence["LawRun"]) -> None:
     """Print a table for each row, or one overview of many rows, and the notes."""
-    from vessel_hsmc_ros.studies.compare import comparison_page
+    from vessel_hsmc_ros.studies import comparison
 
-    rows = comparison_page.by_row(outcomes)
+    rows = comparison.by_row(outcomes)
     if len(rows) <= MAX_DETAILED_ROWS:
         for row, of_row in rows:
-            head, lines = comparison_page.table(row, of_row)
+            head, lines = comparison.table(row, of_row)
             print_table(head, map(coloured, lines), title=row.name)
     else:
-        for title, head, lines, texts in comparison_page.overviews(outcomes):
+        for title, head, lines, texts in comparison.overviews(outcomes):
             print_table(head, map(coloured, lines), title=title, text_columns=texts)
-    for note in comparison_page.notes(outcomes):
+    for note in comparison.notes(outcomes):
         print_line(note)
 
 

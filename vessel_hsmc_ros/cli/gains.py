@@ -13,7 +13,7 @@ from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.certificates.margins import Study, shortcomings, study
+from vessel_hsmc_ros.studies.margins import Study, shortcomings, study
 
 
 @click.command()

@@ -133,8 +133,7 @@ def _judged(
     """Predictions of the held-out runs, by the identified ship and by the start vessel."""
     from vessel_hsmc_ros.core import schema
     from vessel_hsmc_ros.scenario.own_ship import ship_of
-    from vessel_hsmc_ros.studies.identification.page import HeldOut
-    from vessel_hsmc_ros.studies.identification.steady_load import steady_load
+    from vessel_hsmc_ros.studies.identification.page import HeldOut, steady_load
     from vessel_hsmc_ros.studies.identification.windows import predict
 
     before = schema.flatten(ship_of(start.values)) if start else {}

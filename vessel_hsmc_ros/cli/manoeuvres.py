@@ -37,9 +37,11 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
     argument all vessels of the library are simulated. The water is calm. The run folder receives a page with tracks and metrics,
     the metrics as CSV, and a scenario for each manoeuvre, which `vessel-hsmc run` takes.
     """
-    from vessel_hsmc_ros.studies.manoeuvres.run import run  # imports the libraries of reports
-    from vessel_hsmc_ros.studies.manoeuvres.ship import ship_named
-    from vessel_hsmc_ros.studies.manoeuvres.tables import TITLES, overview
+    from vessel_hsmc_ros.studies.manoeuvres.page import TITLES, overview
+    from vessel_hsmc_ros.studies.manoeuvres.run import (
+        run,  # imports the libraries of reports
+        ship_named,
+    )
 
     named = list(ships or vessel_names())
     scaled = [ship_named(name, parse_changes(changes)) for name in named]
@@ -69,7 +71,7 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
 
 def print_results(results: "Results") -> None:
     """Print the metrics of a ship, a table for each manoeuvre, with what one must know to judge them."""
-    from vessel_hsmc_ros.studies.manoeuvres.tables import APPLIES, SOURCE, TITLES, notes, rows
+    from vessel_hsmc_ros.studies.manoeuvres.page import APPLIES, SOURCE, TITLES, notes, rows
 
     for name, done in results.manoeuvres.items():
         lines = [[row.label, row.value, row.lengths, row.limit, row.verdict] for row in rows(results) if row.manoeuvre == name]

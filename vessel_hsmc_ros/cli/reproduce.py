@@ -8,9 +8,9 @@ from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, p
 from vessel_hsmc_ros.cli.options import interpreted_option
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.studies.paper import reproduction
-from vessel_hsmc_ros.studies.paper.case_run import duration_of
 from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, REPAIRED, of_law
 from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, Results, claim_row, claims_that_hold, finding_row
+from vessel_hsmc_ros.studies.paper.reproduction import duration_of
 
 
 @click.command()

@@ -59,7 +59,7 @@ def sweep(
     given = parse_changes(changes)
     load_checked(scenario, given, varied=True)
     check_writable(output)
-    from vessel_hsmc_ros.studies.compare import sweep as sweeps  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.campaign import sweep as sweeps  # imports the libraries of reports
 
     axes = [sweeps.parse_axis(text) for text in parameters]
     sweeps.check_metrics(metrics)
@@ -72,14 +72,12 @@ def sweep(
             update(number, f"{number} of {len(planned)}: {values}")
 
         outcomes = sweeps.run_all(planned, workers, show)
-    from vessel_hsmc_ros.studies.compare import sweep_page  # imports the libraries of reports
-
-    head, lines = sweep_page.table(axes, outcomes, metrics)
+    head, lines = sweeps.table(axes, outcomes, metrics)
     if len(lines) <= MAX_TABLE_ROWS:
         # The table breaks names at spaces: a long name of a parameter must not displace numbers.
         print_table([name.replace(".", " .") for name in head], lines, text_columns=int(head[0] == "law"))
-    for note in sweep_page.notes(axes, outcomes):
+    for note in sweeps.notes(axes, outcomes):
         print_line(note)
-    files = sweep_page.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
+    files = sweeps.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
     for kind, path in files.items():
         print_line(f"{kind}: {path}")

@@ -77,8 +77,7 @@ def tune(
     """
     # Imported here: Optuna takes half a second, which the other verbs need not spend.
     from vessel_hsmc_ros.studies.tuning.files import write
-    from vessel_hsmc_ros.studies.tuning.gains import parse_gains
-    from vessel_hsmc_ros.studies.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases
+    from vessel_hsmc_ros.studies.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases, parse_gains
     from vessel_hsmc_ros.studies.tuning.result import tune as run_tuning
 
     given = parse_changes(changes)

@@ -7,7 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.control.laws import LAWS, make_controller
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.studies.compare.comparison import default_laws
+from vessel_hsmc_ros.studies.comparison import default_laws
 
 PERIOD = 0.1
 LIMITS = {"surge_force_limit": 100.0, "yaw_moment_limit": 70.0, "yaw_inertia": 10.0}

@@ -18,11 +18,9 @@ from vessel_hsmc_ros.report.diagrams import Figure
 from vessel_hsmc_ros.report.tables import text
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, write_file, write_table
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import read_source
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, read_source
 from vessel_hsmc_ros.studies.campaign.report import diagrams, make_report
-from vessel_hsmc_ros.studies.campaign.results import Results, read
-from vessel_hsmc_ros.studies.campaign.statistics import Table, share_text
+from vessel_hsmc_ros.studies.campaign.results import Results, Table, read, share_text
 
 EAST, LAG = "vessel_sim.disturbance.earth_fixed.east_force", "vessel_sim.actuators.yaw_lag"
 LIMIT = "position_error_peak_last_quarter"

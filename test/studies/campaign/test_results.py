@@ -7,10 +7,9 @@ import pytest
 from campaigns import campaign
 
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.studies.campaign.distributions import noise_seed
 from vessel_hsmc_ros.studies.campaign.report import _subtitle, diagrams
-from vessel_hsmc_ros.studies.campaign.results import ALWAYS, LENGTH, Results
-from vessel_hsmc_ros.studies.campaign.sampling import noise_seed
-from vessel_hsmc_ros.studies.campaign.statistics import Influence
+from vessel_hsmc_ros.studies.campaign.results import ALWAYS, LENGTH, Influence, Results
 
 
 def test_laws_are_compared_on_the_same_draws_where_each_lacks_some(tmp_path: Path) -> None:

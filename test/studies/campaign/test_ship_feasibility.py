@@ -12,9 +12,9 @@ from vessel_hsmc_ros.plant.actuators import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.feasibility import Demand, demand, exceeded, infeasible
 from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
 from vessel_hsmc_ros.studies.campaign.ship_family import REFERENCES, ShipFamily
+from vessel_hsmc_ros.studies.feasibility import Demand, demand, exceeded, infeasible
 
 WINDY = ShipFamily(
     has_current=True, current=0.15, current_direction=2.0, has_wind=True, wind=0.1, wind_direction=-1.0, coupled=True

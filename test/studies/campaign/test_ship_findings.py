@@ -1,6 +1,8 @@
 """Which ships of a family are lost, and why: known counts from invented results."""
 
+import importlib.util
 import itertools
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,13 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.results import Results
+
+spec = importlib.util.spec_from_file_location("ship_findings", Path(__file__).parents[3] / "benchmarks" / "ship_findings.py")
+assert spec is not None
+assert spec.loader is not None
+ship_findings = importlib.util.module_from_spec(spec)
+sys.modules[spec.name] = ship_findings
+spec.loader.exec_module(ship_findings)
 
 LIMIT = "position_error_rms_last_quarter"
 VARIANTS = {
@@ -68,29 +77,31 @@ def test_the_sentences_count_feasible_ships_that_each_variant_loses(results: Res
 
 
 def test_ships_lost_because_of_what_is_declared_are_kept_with_nothing_declared(results: Results) -> None:
-    because, true, wrong = [sentence for variant, sentence in findings.sentences(results, {}) if not variant]
+    ships = ship_findings.ships_of(results)
+    because, true = ship_findings.because(ships)
+    wrong = ship_findings.wrong(ships)
     assert because.startswith("Because of what was declared 3 of 10, 30 %")  # 0, 1 and 2
     assert true.startswith("Of these, 1 are lost with the true values as well; in all, true values lose 2 of 10, 20 %")  # 2 and 5
     assert wrong == "Of 2 infeasible ships some variant keeps 2; of 10 feasible ones no variant keeps 1."
 
 
 def test_the_table_sums_up_to_all_ships_in_every_group(results: Results) -> None:
-    table = findings.lost(findings.ships_of(results))
-    assert table.head == ("ships", "", "feasible", *VARIANTS)
-    names = [line[0].value for line in table.lines]
+    head, lines = ship_findings.lost(ship_findings.ships_of(results))
+    assert head == ["ships", "", "feasible", *VARIANTS]
+    names = [line[0] for line in lines]
     assert [name for name in names if name] == ["all", "delays declared", "reference", "control rate"]
     starts = [i for i, name in enumerate(names) if name] + [len(names)]
     for begin, end in itertools.pairwise(starts):
-        sums = [sum(int(line[k].value) for line in table.lines[begin:end]) for k in range(2, 7)]
+        sums = [sum(int(line[k]) for line in lines[begin:end]) for k in range(2, 7)]
         assert sums == [10, 4, 2, 3, 10]
-    labels = [line[1].value for line in table.lines]
+    labels = [line[1] for line in lines]
     assert set(labels[1:-4]) <= {"none", "lag", "rate", "lag, rate"}
     assert labels[-2:] == ["10 Hz", "50 Hz"]
 
 
 def test_draws_that_lack_a_variant_do_not_count(results: Results) -> None:
     some = results.rows["run"] < 4 * 5 + 2  # half of the sixth draw
-    ships = findings.ships_of(Results(results.campaign, {name: column[some] for name, column in results.rows.items()}))
+    ships = ship_findings.ships_of(Results(results.campaign, {name: column[some] for name, column in results.rows.items()}))
     assert len(ships.feasible) == 5
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.studies.campaign.statistics import FEWEST, at_most, clopper_pearson, exceedance, influences, paired, quantile
+from vessel_hsmc_ros.studies.campaign.results import FEWEST, at_most, clopper_pearson, exceedance, influences, paired, quantile
 
 
 # Clopper and Pearson's interval in textbooks: 4 of 20, 10 of 100, none of 10 and all of 10.

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import campaign_names
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, campaign_names
 from vessel_hsmc_ros.studies.runs.batch import simulate_one
 
 pytestmark = pytest.mark.parametrize("name", campaign_names())

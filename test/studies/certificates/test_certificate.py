@@ -16,8 +16,18 @@ from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_t
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
-from vessel_hsmc_ros.studies.certificates.certificate import Part, at_a_point, limits_of, under_way
-from vessel_hsmc_ros.studies.certificates.certified_case import BOX, box, case_of, hull_at, in_box, sway_of
+from vessel_hsmc_ros.studies.certificate import (
+    BOX,
+    Part,
+    at_a_point,
+    box,
+    case_of,
+    hull_at,
+    in_box,
+    limits_of,
+    sway_of,
+    under_way,
+)
 
 FIXED = {"controller.law": "hierarchical", "controller.hierarchical.actuator_identification": False}
 

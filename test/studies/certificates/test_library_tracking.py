@@ -11,7 +11,7 @@ from vessel_hsmc_ros.scenario.own_ship import scenario_for
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.certificates.margins import GAIN_MARGIN_DB, PHASE_MARGIN_DEG, study
+from vessel_hsmc_ros.studies.margins import GAIN_MARGIN_DB, PHASE_MARGIN_DEG, study
 
 pytestmark = only_compiled
 

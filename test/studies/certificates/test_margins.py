@@ -8,7 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.studies.certificates.margins import PHASE_MARGIN_DEG, ship_about, shortcomings, study
+from vessel_hsmc_ros.studies.margins import PHASE_MARGIN_DEG, ship_about, shortcomings, study
 from vessel_hsmc_ros.studies.runs.batch import simulate_many
 
 INPUTS = ("surge", "yaw")

@@ -13,7 +13,7 @@ from vessel_hsmc_ros.report import making
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import KEYS, load_suite
 from vessel_hsmc_ros.simulation.offline import ClosedLoop, simulate
-from vessel_hsmc_ros.studies.compare.comparison import Task, compare
+from vessel_hsmc_ros.studies.comparison import Task, compare
 
 DOCS = Path(__file__).parents[3] / "docs"
 

@@ -25,9 +25,10 @@ from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict
-from vessel_hsmc_ros.studies.compare import comparison, comparison_page, sweep_page
-from vessel_hsmc_ros.studies.compare.comparison import LawMetrics, LawRun, measure
-from vessel_hsmc_ros.studies.compare.sweep import Axis, Outcome, Point
+from vessel_hsmc_ros.studies import comparison
+from vessel_hsmc_ros.studies.campaign import sweep
+from vessel_hsmc_ros.studies.campaign.sweep import Axis, Outcome, Point
+from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, measure
 from vessel_hsmc_ros.studies.runs.batch import thinned
 from vessel_hsmc_ros.studies.runs.demonstration import conclusions
 
@@ -110,7 +111,7 @@ OUTCOME = LawRun(ROW, "guided", 25.0, True, "", METRICS, VERDICT, LINES)
 
 
 def test_the_document_of_a_comparison_has_every_value_under_its_own_name() -> None:
-    assert comparison_page._record(OUTCOME) == {
+    assert comparison._record(OUTCOME) == {
         "case": "case",
         "scenario": "case2_straight",
         "set": {"a.x": [1.0, 2.0]},
@@ -123,12 +124,12 @@ def test_the_document_of_a_comparison_has_every_value_under_its_own_name() -> No
         "excursion": 10.5,
         "verdict": "hit",
     }
-    stopped = comparison_page._record(LawRun(ROW, "guided", 25.0, failure="it failed"))
+    stopped = comparison._record(LawRun(ROW, "guided", 25.0, failure="it failed"))
     assert (stopped["failure"], stopped["verdict"], stopped["excursion"]) == ("it failed", "miss", None)
 
 
 def test_the_tables_of_a_comparison_show_every_metric_in_its_own_column() -> None:
-    head, lines = comparison_page.table(ROW, [OUTCOME])
+    head, lines = comparison.table(ROW, [OUTCOME])
     assert dict(zip(head, lines[0], strict=True)) == {
         "law": "guided",
         "Hz": "25",
@@ -145,8 +146,7 @@ def test_the_tables_of_a_comparison_show_every_metric_in_its_own_column() -> Non
     }
     other = replace(OUTCOME, law="los_pid", metrics=METRICS._replace(position_rms=0.5, position_largest=0.6, travel=0.7))
     found = {
-        each.title: each.lines
-        for each in comparison_page.overviews([OUTCOME, replace(other, verdict=VERDICT._replace(hit=False))])
+        each.title: each.lines for each in comparison.overviews([OUTCOME, replace(other, verdict=VERDICT._replace(hit=False))])
     }
     first = ["case", "last half", "11.5 m, largest 12.5 m, excursion 13.5, legs 14.5 m"]
     assert found == {
@@ -154,7 +154,7 @@ def test_the_tables_of_a_comparison_show_every_metric_in_its_own_column() -> Non
         "largest position error": [[*first[:2], "2.5 m", "0.6 m"]],
         "actuator travel [1/min]": [[*first[:2], "8.5", "0.7"]],
     }
-    assert comparison_page._scope(ROW) == f"Errors over the last half, at most {first[2]}"
+    assert comparison._scope(ROW) == f"Errors over the last half, at most {first[2]}"
 
 
 def test_a_comparison_ranks_its_laws_in_a_sentence_or_counts_their_limits() -> None:
@@ -162,19 +162,19 @@ def test_a_comparison_ranks_its_laws_in_a_sentence_or_counts_their_limits() -> N
         replace(OUTCOME, law=law, metrics=None if rms is None else METRICS._replace(position_rms=rms))
         for law, rms in (("hierarchical", 16.6), ("nmpc", None), ("guided", 0.002))
     ]
-    assert comparison_page.findings(runs) == [
+    assert comparison.findings(runs) == [
         "On case guided is the most accurate (2 mm rms), before hierarchical (16.6 m rms), nmpc (stopped)."
     ]
-    assert comparison_page.findings(runs[:1]) == []
+    assert comparison.findings(runs[:1]) == []
     many = [replace(run, row=replace(ROW, name=f"case {k}")) for k in range(4) for run in runs[:1]]
-    assert comparison_page.findings(many) == ["hierarchical meets 4 of 4 limits."]
+    assert comparison.findings(many) == ["hierarchical meets 4 of 4 limits."]
 
 
 def test_a_column_has_the_unit_of_its_largest_value_in_whatever_row() -> None:
     small = replace(OUTCOME, law="los_pid", metrics=METRICS._replace(surge_force_rms=0.25, position_final=-0.004))
     large = replace(OUTCOME, metrics=METRICS._replace(surge_force_rms=2.5e6))
     for order in ([small, large], [large, small]):
-        head, lines = comparison_page.table(ROW, order)
+        head, lines = comparison.table(ROW, order)
         assert "force MN" in head
         assert {line[0]: line[head.index("force MN")] for line in lines}["guided"] == "2.5"
 
@@ -185,7 +185,7 @@ def test_every_law_that_ran_at_another_rate_and_every_failure_is_noted() -> None
         replace(OUTCOME, law="hierarchical_printed", rate_hz=100.0),
         LawRun(Row("second"), "los_pid", 25.0, failure="it failed"),
     ]
-    assert comparison_page.notes(runs) == [
+    assert comparison.notes(runs) == [
         "hierarchical_printed is unstable at the requested rate and ran at 100 Hz",
         "los_pid on second: it failed",
     ]
@@ -205,7 +205,7 @@ def drawn(axis: Axes) -> dict[str, list[list[float]]]:
 
 
 def test_the_figure_of_a_case_has_tracks_reference_errors_and_its_limit(pictures: list[Figure], tmp_path: Path) -> None:
-    comparison_page.draw(ROW, [OUTCOME, LawRun(ROW, "los_pid", 25.0, failure="it failed")], tmp_path / "x.png")
+    comparison.draw(ROW, [OUTCOME, LawRun(ROW, "los_pid", 25.0, failure="it failed")], tmp_path / "x.png")
     tracks, errors = pictures[0].axes
     assert drawn(tracks)["guided"] == [[10.0 + k, 20.0 + k] for k in range(5)]
     assert drawn(tracks)["reference"] == [[30.0 + k, 40.0 + k] for k in range(5)]
@@ -230,7 +230,7 @@ def outcomes(law: str = "") -> list[Outcome]:
 
 
 def test_the_table_and_the_files_of_a_sweep_have_every_value_in_its_own_place(tmp_path: Path) -> None:
-    head, lines = sweep_page.table(AXES, outcomes(), NAMES)
+    head, lines = sweep.table(AXES, outcomes(), NAMES)
     assert head == ["a.gain", "b.rate", "position error, rms with the approach", "yaw moment, time at its limit"]
     assert lines == [
         ["0.5", "20", "1 m", "1 %"],
@@ -240,8 +240,8 @@ def test_the_table_and_the_files_of_a_sweep_have_every_value_in_its_own_place(tm
         ["1.5", "50", "2.1 m", "4 %"],
         ["1.5", "100", "2.2 m", "6 %"],
     ]
-    assert sweep_page.notes(AXES, outcomes("los_pid")) == ["los_pid, a.gain = 1.5, b.rate = 20: it failed"]
-    sweep_page.write_csv(tmp_path / "x.csv", AXES, outcomes("los_pid"))
+    assert sweep.notes(AXES, outcomes("los_pid")) == ["los_pid, a.gain = 1.5, b.rate = 20: it failed"]
+    sweep.write_csv(tmp_path / "x.csv", AXES, outcomes("los_pid"))
     with (tmp_path / "x.csv").open() as stream:
         read = list(csv.DictReader(stream))
     assert [(row["law"], row["a.gain"], row["b.rate"], row["failure"]) for row in read][3:5] == [
@@ -249,7 +249,7 @@ def test_the_table_and_the_files_of_a_sweep_have_every_value_in_its_own_place(tm
         ("los_pid", "1.5", "50", ""),
     ]
     assert [float(row["yaw_moment_at_limit"] or 0.0) for row in read] == pytest.approx([0.01, 0.03, 0.05, 0.0, 0.04, 0.06])
-    document = json.loads(json.dumps(sweep_page._document(AXES, outcomes())))
+    document = json.loads(json.dumps(sweep._document(AXES, outcomes())))
     assert document["scenario"] == "case2_straight"
     assert [run["metrics"].get("position_error_rms") for run in document["runs"]] == [1.0, 1.1, 1.2, None, 2.1, 2.2]
 
@@ -261,16 +261,16 @@ def test_the_page_of_a_sweep_states_what_all_runs_share(monkeypatch: pytest.Monk
         given.extend(parts)
         return ""
 
-    monkeypatch.setattr(sweep_page, "render_sections", render)
+    monkeypatch.setattr(sweep, "render_sections", render)
     (tmp_path / "x.png").write_bytes(b"picture")
-    sweep_page._page(tmp_path / "x.png", AXES, outcomes(), NAMES)
+    sweep._page(tmp_path / "x.png", AXES, outcomes(), NAMES)
     title, about, (section,), findings = given
     assert (title, about, section.text) == ("case2_straight: a.gain and b.rate", ["6 runs, offline"], "c.same = 3")
     assert findings == ["a.gain = 1.5, b.rate = 20: it failed"]
 
 
 def test_the_heat_map_has_the_first_parameter_upwards_and_the_second_to_the_right(pictures: list[Figure], tmp_path: Path) -> None:
-    sweep_page.draw(tmp_path / "x.png", AXES, outcomes(), NAMES)
+    sweep.draw(tmp_path / "x.png", AXES, outcomes(), NAMES)
     panel = pictures[0].axes[0]
     assert (panel.get_xlabel(), panel.get_ylabel()) == ("b.rate", "a.gain")
     assert [[text.get_text() for text in axis.get_ticklabels()] for axis in (panel.xaxis, panel.yaxis)] == [
@@ -287,7 +287,7 @@ def test_the_heat_map_has_the_first_parameter_upwards_and_the_second_to_the_righ
 def test_many_values_of_a_heat_map_have_some_ticks_of_their_own(pictures: list[Figure], tmp_path: Path) -> None:
     axes = [Axis("a.x", tuple(range(100, 120))), Axis("a.y", (1, 2))]
     runs = [Outcome(Point("s", (x, y), {}), metrics={NAMES[0]: float(x * y)}) for x in axes[0].values for y in axes[1].values]
-    sweep_page.draw(tmp_path / "x.png", axes, runs, NAMES[:1])
+    sweep.draw(tmp_path / "x.png", axes, runs, NAMES[:1])
     ticks = [(text.get_position()[1], text.get_text()) for text in pictures[0].axes[0].yaxis.get_ticklabels()]
     assert ticks == [(k, str(100 + k)) for k in range(0, 20, 3)]
 
@@ -300,7 +300,7 @@ def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures
         for gain in axis.values
     ]
     runs[-1] = replace(runs[-1], metrics={})
-    sweep_page.draw(tmp_path / "x.png", [axis], runs, NAMES[:1])
+    sweep.draw(tmp_path / "x.png", [axis], runs, NAMES[:1])
     (panel,) = pictures[0].axes
     assert (panel.get_xscale(), panel.get_yscale(), panel.get_xlabel()) == ("log", "log", "a.gain")
     lines = drawn(panel)

@@ -20,8 +20,8 @@ from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioEr
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import Row
 from vessel_hsmc_ros.simulation.compilation import DISABLED
-from vessel_hsmc_ros.studies.compare import comparison, comparison_page
-from vessel_hsmc_ros.studies.compare.comparison import LawMetrics, LawRun, Task, compare, default_laws, prepare, run_task
+from vessel_hsmc_ros.studies import comparison
+from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, Task, compare, default_laws, prepare, run_task
 from vessel_hsmc_ros.studies.runs.scenario_run import run_offline
 
 SHORT = {"vessel_sim.duration": 2.0}
@@ -47,7 +47,7 @@ def test_the_requested_rate_is_that_of_the_law() -> None:
 def test_a_law_that_is_unstable_at_the_requested_rate_runs_at_100_hz_with_a_note() -> None:
     outcome = run_task(Task(ROW, "hierarchical_printed", 50.0))
     assert outcome.rate_hz == 100.0
-    assert comparison_page.notes([outcome]) == ["hierarchical_printed is unstable at the requested rate and ran at 100 Hz"]
+    assert comparison.notes([outcome]) == ["hierarchical_printed is unstable at the requested rate and ran at 100 Hz"]
 
 
 def test_a_law_at_100_hz_instead_of_its_rate_has_the_changes_of_its_row() -> None:
@@ -69,22 +69,22 @@ def test_a_simulation_that_diverges_is_an_outcome() -> None:
     wild = Row("wild", changes={"vessel_sim.duration": 50.0, "controller.hierarchical_printed.sway_weight": 30.0}, at_most=1.0)
     outcome = run_task(Task(wild, "hierarchical_printed", None))
     assert "no longer finite" in outcome.failure
-    assert comparison_page.overview_cell(outcome) == "stopped miss"
-    head, lines = comparison_page.table(outcome.row, [outcome])
+    assert comparison.overview_cell(outcome) == "stopped miss"
+    head, lines = comparison.table(outcome.row, [outcome])
     assert [len(line) for line in lines] == [len(head)]
 
 
 def test_a_column_has_the_unit_that_suits_its_largest_value() -> None:
     small = LawRun(Row("boat"), "guided", 50.0, metrics=LawMetrics(0.002, 0.004, 0.001, 1.5, 90.0, 56.0, 0.2, 3.1))
     large = replace(small, law="hierarchical_printed", metrics=LawMetrics(3.0, 4.0, 2.5, 1.5, 2e5, 3.2e6, 0.2, 40.0))
-    assert comparison_page.table(small.row, [small]) == (
+    assert comparison.table(small.row, [small]) == (
         ["law", "Hz", "rms mm", "largest mm", "final mm", "heading °", "force N", "moment N·m", "rev/s", "travel/min"],
         [["guided", "50", "2", "4", "1", "1.5", "90", "56", "0.2", "3.1"]],
     )
-    head, lines = comparison_page.table(small.row, [small, large])
+    head, lines = comparison.table(small.row, [small, large])
     assert head[6:8] == ["force kN", "moment MN·m"]
     assert lines[1][6:8] == ["200", "3.2"]
-    assert [comparison_page.overview_cell(run) for run in (small, large)] == ["2 mm", "3 m"]
+    assert [comparison.overview_cell(run) for run in (small, large)] == ["2 mm", "3 m"]
 
 
 def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,9 +177,9 @@ def test_a_wrong_argument_is_named(arguments: list[str], error: type[Exception],
 
 
 def test_the_lines_of_all_laws_differ_and_those_of_the_same_law_do_not() -> None:
-    looks = [tuple(look.values()) for look in comparison_page.looks(default_laws()).values()]
+    looks = [tuple(look.values()) for look in comparison.looks(default_laws()).values()]
     assert len(set(looks)) == len(looks) >= 6
-    assert comparison_page.looks(default_laws())["guided"] == comparison_page.looks(["my_law"])["guided"]
+    assert comparison.looks(default_laws())["guided"] == comparison.looks(["my_law"])["guided"]
 
 
 def test_hits_and_misses_are_coloured() -> None:

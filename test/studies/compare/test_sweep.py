@@ -12,8 +12,8 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.simulation.compilation import DISABLED
-from vessel_hsmc_ros.studies.compare import sweep_page
-from vessel_hsmc_ros.studies.compare.sweep import Axis, Outcome, Point, parse_axis, points, run_all, run_point
+from vessel_hsmc_ros.studies.campaign import sweep
+from vessel_hsmc_ros.studies.campaign.sweep import Axis, Outcome, Point, parse_axis, points, run_all
 
 GAIN, WEIGHT = "controller.guided.position_gain", "controller.hierarchical_printed.sway_weight"
 SHORT = {"vessel_sim.duration": 1.0}
@@ -94,9 +94,9 @@ def test_a_wrong_value_is_an_error_before_anything_runs() -> None:
 
 
 def test_a_run_that_is_unstable_or_fails_is_an_outcome() -> None:
-    unstable = run_point(Point("case2_tracking", (50.0,), {**SHORT, "controller.rate_hz": 50.0}))
+    [unstable] = run_all([Point("case2_tracking", (50.0,), {**SHORT, "controller.rate_hz": 50.0})], 1)
     assert "is unstable at" in unstable.failure
-    diverging = run_point(Point("case2_tracking", (30.0,), {"vessel_sim.duration": 40.0, WEIGHT: 30.0}))
+    [diverging] = run_all([Point("case2_tracking", (30.0,), {"vessel_sim.duration": 40.0, WEIGHT: 30.0})], 1)
     assert "no longer finite" in diverging.failure
     assert math.isnan(diverging.value("position_error_rms"))
 
@@ -136,7 +136,7 @@ def test_the_run_folder_has_picture_page_and_all_metrics_of_every_run(tmp_path: 
 def test_a_list_of_texts_can_be_swept_and_drawn(tmp_path: Path) -> None:
     planned = points("case2_tracking", [parse_axis("controller.law=guided,los_pid")], SHORT)
     outcomes = [Outcome(planned[0], metrics=dict.fromkeys(METRICS, 1.0)), Outcome(planned[1], "it failed")]
-    files = sweep_page.write(tmp_path, [Axis("controller.law", ("guided", "los_pid"))], outcomes, METRICS)
+    files = sweep.write(tmp_path, [Axis("controller.law", ("guided", "los_pid"))], outcomes, METRICS)
     assert all(path.stat().st_size for path in files.values())
 
 

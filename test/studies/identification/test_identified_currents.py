@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from otter_runs import OTTER, otter
 
 from vessel_hsmc_ros.studies.identification.estimate import identify
-from vessel_hsmc_ros.studies.identification.page import HeldOut, explanations, parameters_table
-from vessel_hsmc_ros.studies.identification.steady_load import steady_load, towards
+from vessel_hsmc_ros.studies.identification.page import HeldOut, explanations, parameters_table, steady_load, towards
 from vessel_hsmc_ros.studies.identification.types import DIAGONAL_INERTIA, Identified, model
 from vessel_hsmc_ros.studies.identification.windows import WINDOW, predict
 

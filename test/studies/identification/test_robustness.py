@@ -11,11 +11,10 @@ from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.identification import refinement
-from vessel_hsmc_ros.studies.identification.estimate import identify
+from vessel_hsmc_ros.studies.identification import estimate
+from vessel_hsmc_ros.studies.identification.estimate import Shooting, identify, refine
 from vessel_hsmc_ros.studies.identification.excitation import excitation, scenario_text
 from vessel_hsmc_ros.studies.identification.measurements import from_run
-from vessel_hsmc_ros.studies.identification.refinement import Shooting, refine
 from vessel_hsmc_ros.studies.identification.regression import natural_scale, regress
 from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, model, unknowns
 from vessel_hsmc_ros.studies.identification.windows import smooth, windows
@@ -74,7 +73,7 @@ def test_a_start_from_which_the_motion_diverges_is_replaced_by_a_heavier_ship() 
 
 
 def test_a_motion_that_diverges_from_every_start_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(refinement, "DIVERGED", 0.0)
+    monkeypatch.setattr(estimate, "DIVERGED", 0.0)
     with pytest.raises(IdentificationError, match="the simulated motion diverges"):
         refine(shooting(otter(10.0), 2.0), np.ones(12))
 

@@ -10,8 +10,7 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.studies.identification import estimate, page
-from vessel_hsmc_ros.studies.identification.page import HeldOut, known_of, render, vessel_text
-from vessel_hsmc_ros.studies.identification.steady_load import SteadyLoad
+from vessel_hsmc_ros.studies.identification.page import HeldOut, SteadyLoad, known_of, render, vessel_text
 from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction, model
 
 TIME = np.arange(0.0, 40.0, 0.1)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vessel_hsmc_ros.studies.manoeuvres.tables import criteria, overshoot_limits
+from vessel_hsmc_ros.studies.manoeuvres.page import criteria, overshoot_limits
 
 
 @pytest.mark.parametrize(

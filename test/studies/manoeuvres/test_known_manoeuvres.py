@@ -10,9 +10,8 @@ from scipy.optimize import brentq, fsolve
 from vessel_hsmc_ros.plant.dynamics import derivative
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies.manoeuvres.metrics import METRICS, track_of
-from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, Manoeuvre, perform, scenario_of
-from vessel_hsmc_ros.studies.manoeuvres.ship import Ship, in_still_water, ship_of
-from vessel_hsmc_ros.studies.manoeuvres.tables import UNITS
+from vessel_hsmc_ros.studies.manoeuvres.page import UNITS
+from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, Manoeuvre, Ship, in_still_water, perform, scenario_of, ship_of
 
 FORCE, MOMENT, LENGTH = 600.0, 300.0, 5.0
 HULL = {

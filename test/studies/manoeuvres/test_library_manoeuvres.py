@@ -6,9 +6,8 @@ import pytest
 from compiling import only_compiled
 
 from vessel_hsmc_ros.scenario.vessels import vessel_names
-from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, run
-from vessel_hsmc_ros.studies.manoeuvres.ship import ship_named
-from vessel_hsmc_ros.studies.manoeuvres.tables import UNITS, notes, rows
+from vessel_hsmc_ros.studies.manoeuvres.page import UNITS, notes, rows
+from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, run, ship_named
 
 pytestmark = only_compiled
 

@@ -16,10 +16,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies.manoeuvres import page
-from vessel_hsmc_ros.studies.manoeuvres.page import figure
-from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, Results, run
-from vessel_hsmc_ros.studies.manoeuvres.ship import ship_named
-from vessel_hsmc_ros.studies.manoeuvres.tables import TITLES, notes
+from vessel_hsmc_ros.studies.manoeuvres.page import TITLES, figure, notes
+from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, Results, run, ship_named
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from records import make_run
 
 from vessel_hsmc_ros.control.laws.manoeuvre import ManoeuvreParameters
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED
-from vessel_hsmc_ros.studies.manoeuvres import metrics, run, ship, tables
+from vessel_hsmc_ros.studies.manoeuvres import metrics, page, run
 from vessel_hsmc_ros.studies.manoeuvres.metrics import Track, track_of
 
 ANGLES = np.radians([0.0, 45.0, 90.0, 180.0, 270.0, 360.0, 400.0])
@@ -148,7 +148,7 @@ def test_a_note_names_each_velocity_beyond_the_hull_data_with_its_own_value(side
         vessel_sim=SimpleNamespace(vessel=hull), controller=SimpleNamespace(manoeuvre=SimpleNamespace(side=side))
     )
     done: Any = SimpleNamespace(failure="", metrics={}, complete=True, scenario=scenario, track=track)
-    assert list(tables.notes(done)) == [
+    assert list(page.notes(done)) == [
         "The surge speed reaches 4.5 m/s, outside the range of the hull data, -1 to 4 m/s.",
         "The sway speed reaches -0.75 m/s, outside the range of the hull data, -0.5 to 0.25 m/s.",
         "The yaw rate reaches -0.25 rad/s, outside the range of the hull data, -0.125 to 0.375 rad/s.",
@@ -156,7 +156,7 @@ def test_a_note_names_each_velocity_beyond_the_hull_data_with_its_own_value(side
 
 
 def test_each_criterion_limits_its_own_metric() -> None:
-    found = {(each.manoeuvre, each.metric): (each.limit, each.text) for each in tables.criteria(150.0, 7.5)}
+    found = {(each.manoeuvre, each.metric): (each.limit, each.text) for each in page.criteria(150.0, 7.5)}
     assert found == {
         ("turning_circle", "advance"): (675.0, "4.5 L"),
         ("turning_circle", "tactical_diameter"): (750.0, "5 L"),
@@ -172,7 +172,7 @@ def test_the_time_of_the_actuators_is_that_of_the_slower_input() -> None:
     def delay(**values: float) -> float:
         actuators = {"surge_force_rate": 50.0, "yaw_moment_rate": 80.0, "surge_lag": 0.25, "yaw_lag": 0.5, **values}
         scenario: Any = SimpleNamespace(vessel_sim=SimpleNamespace(actuators=SimpleNamespace(**actuators)))
-        return ship._delay(scenario, 100.0, 200.0)
+        return run._delay(scenario, 100.0, 200.0)
 
     assert delay() == pytest.approx(2.0 * 200.0 / 80.0 + 5.0 * 0.5)
     assert delay(surge_lag=2.0) == pytest.approx(2.0 * 100.0 / 50.0 + 5.0 * 2.0)
@@ -181,7 +181,7 @@ def test_the_time_of_the_actuators_is_that_of_the_slower_input() -> None:
 def test_the_force_astern_is_that_of_each_kind_of_thruster() -> None:
     def astern(kind: int, angle: float = 0.0, limit: float = 1.0) -> float:
         thruster: Any = SimpleNamespace(kind=kind, angle=angle, angle_limit=limit, thrust_ahead=90.0, thrust_astern=40.0)
-        return ship._thrust_astern(thruster)
+        return run._thrust_astern(thruster)
 
     assert astern(FIXED) == pytest.approx(40.0)
     assert astern(FIXED, math.radians(60.0)) == pytest.approx(20.0)
@@ -205,7 +205,7 @@ def test_every_attempt_of_a_manoeuvre_is_longer_and_turns_to_the_same_side(
         return run.Manoeuvre(name, scenario, drawn(time=[0.0]), {}, last and not failure, failure if last else "")
 
     monkeypatch.setattr(run, "_once", once)
-    own = ship.ship_named("otter")
+    own = run.ship_named("otter")
     done = run.perform(own, "speed_run", side)
     assert done.scenario is made[-1]
     assert (len(made), done.complete, done.failure) == (attempts, ends <= 4 and not failure, failure if ends <= 4 else "")

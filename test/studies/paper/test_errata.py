@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_hsmc_ros.studies.paper import reproduction
-from vessel_hsmc_ros.studies.paper.special_laws import ExactModelLaw
+from vessel_hsmc_ros.studies.paper.reproduction import ExactModelLaw
 
 Array = NDArray[np.float64]
 SHIP = VesselParameters().coefficients()

@@ -12,12 +12,10 @@ from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalPar
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.studies.paper import case_run
+from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED
-from vessel_hsmc_ros.studies.paper.claims import Check, Claim, Finding
-from vessel_hsmc_ros.studies.paper.measure import Repaired, measure
-from vessel_hsmc_ros.studies.paper.numbers import Numbers
-from vessel_hsmc_ros.studies.paper.reduced import growth_rate
+from vessel_hsmc_ros.studies.paper.claims import Check, Claim, Finding, Numbers
+from vessel_hsmc_ros.studies.paper.measure import Repaired, growth_rate, measure
 
 VESSEL = replace(VesselParameters(), surge_damping_quadratic=7.0, surge_damping_cubic=3.0).coefficients()
 GAINS = replace(
@@ -168,16 +166,16 @@ def test_a_prediction_is_compared_with_the_lateral_error_at_its_own_times(run: R
 
 
 def test_a_thinned_run_keeps_first_and_last_samples_of_each_array() -> None:
-    count, periods = 3 * case_run.STRIDE + case_run.FIRST + 2, case_run.FIRST + 2 * case_run.STRIDE + 3
+    count, periods = 3 * reproduction.STRIDE + reproduction.FIRST + 2, reproduction.FIRST + 2 * reproduction.STRIDE + 3
     rows = np.arange(float(count))
     wide = np.column_stack([rows] * 6)
     control = {"time": np.arange(float(periods)), "weights": np.zeros((periods, 2))}
-    found = case_run.thinned(Run(rows, wide, wide, wide, wide[:, :2], wide[:, :3], wide[:, :3], control))
+    found = reproduction.thinned(Run(rows, wide, wide, wide, wide[:, :2], wide[:, :3], wide[:, :3], control))
     assert list(found.control) == ["time"]
     for values, last in ((found.time, count - 1), (found.reference[:, 5], count - 1), (found.control["time"], periods - 1)):
-        assert values[: case_run.FIRST].tolist() == list(range(case_run.FIRST))
+        assert values[: reproduction.FIRST].tolist() == list(range(reproduction.FIRST))
         assert values[-1] == last
-        assert set(range(0, last, case_run.STRIDE)) <= {*values.tolist()}
+        assert set(range(0, last, reproduction.STRIDE)) <= {*values.tolist()}
         assert np.all(np.diff(values) > 0.0)
 
 

@@ -12,9 +12,16 @@ from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
-from vessel_hsmc_ros.studies.paper.measure import measure, settling_time
-from vessel_hsmc_ros.studies.paper.reduced import Surfaces, growth_rate, lateral_error, on_surfaces, reduced_error
-from vessel_hsmc_ros.studies.paper.special_laws import ExactModelLaw
+from vessel_hsmc_ros.studies.paper.measure import (
+    Surfaces,
+    growth_rate,
+    lateral_error,
+    measure,
+    on_surfaces,
+    reduced_error,
+    settling_time,
+)
+from vessel_hsmc_ros.studies.paper.reproduction import ExactModelLaw
 
 VESSEL = VesselParameters().coefficients()
 PRINTED = Surfaces(0.3, 0.3, 0.3, 0.001, 100.0)

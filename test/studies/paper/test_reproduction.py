@@ -11,10 +11,10 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import RunError, SimulationError
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.studies.paper import reproduction
-from vessel_hsmc_ros.studies.paper.case_run import CaseResult
 from vessel_hsmc_ros.studies.paper.cases import CASES
 from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.paper.reproduction import CaseResult
+from vessel_hsmc_ros.studies.runs import batch
 
 DURATION = 2.0
 SHORT = [dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": DURATION}) for case in CASES]
@@ -33,7 +33,7 @@ def progress() -> list[float]:
 @pytest.fixture(scope="module")
 def results(progress: list[float]) -> dict[str, CaseResult]:
     with pytest.MonkeyPatch.context() as patch:  # in this process: some of the cases are run again in others
-        patch.setattr(worker_pool, "run_all", partial(worker_pool.run_all, workers=1))
+        patch.setattr(batch, "run_all", partial(batch.run_all, workers=1))
         return reproduction.run_cases(SHORT, None, progress.append)
 
 

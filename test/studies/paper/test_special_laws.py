@@ -11,7 +11,7 @@ from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalPar
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
 from vessel_hsmc_ros.studies.paper.cases import NO_NETWORKS
-from vessel_hsmc_ros.studies.paper.special_laws import AlteredLaw, ExactRepairedLaw
+from vessel_hsmc_ros.studies.paper.reproduction import AlteredLaw, ExactRepairedLaw
 
 SHIP = VesselParameters().coefficients()
 NUMBERS = HierarchicalParameters(), KnownVessel(**INSTANT), 0.01

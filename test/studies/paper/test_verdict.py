@@ -12,9 +12,8 @@ from verdict_page import with_results
 
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.cases import CASES, PREFIX, PRINTED, REPAIRED, course_learning, of_law
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS, claims_page
-from vessel_hsmc_ros.studies.paper.numbers import Numbers
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.paper.claims import CLAIMS, Numbers, claims_page
+from vessel_hsmc_ros.studies.runs import batch
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("verdict", "printed_law")}
@@ -162,7 +161,7 @@ def test_the_results_contain_every_case() -> None:
 
 def test_the_results_are_what_the_code_computes(monkeypatch: pytest.MonkeyPatch) -> None:
     """The short cases are run again; the last digits may differ on another machine."""
-    monkeypatch.setattr(worker_pool, "run_all", partial(worker_pool.run_all, workers=1))  # processes take longer to start
+    monkeypatch.setattr(batch, "run_all", partial(batch.run_all, workers=1))  # processes take longer to start
     cases = [case for case in CASES if case.name in CHEAP]
     for name, result in reproduction.run_cases(cases, None, lambda _: None).items():
         expected = dataclasses.asdict(RESULTS[name])

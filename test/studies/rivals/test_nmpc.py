@@ -12,8 +12,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
-from vessel_hsmc_ros.studies.rivals.nmpc import NmpcParameters
-from vessel_hsmc_ros.studies.rivals.nmpc_model import compile_horizon
+from vessel_hsmc_ros.studies.rivals.nmpc import NmpcParameters, compile_horizon
 
 pytest.importorskip("casadi", reason="the predictive law is an extra")
 

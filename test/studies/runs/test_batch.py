@@ -6,8 +6,7 @@ import pytest
 
 from vessel_hsmc_ros import load_scenario
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
-from vessel_hsmc_ros.studies.runs.worker_pool import AHEAD, stream
+from vessel_hsmc_ros.studies.runs.batch import AHEAD, Outcome, simulate_many, stream
 
 
 def scenarios(count: int, **changes: object) -> list[Scenario]:

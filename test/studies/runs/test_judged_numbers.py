@@ -16,9 +16,9 @@ from vessel_hsmc_ros.guidance.curve_motion import Demand
 from vessel_hsmc_ros.scenario.fleet import make_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.certificates import margins
-from vessel_hsmc_ros.studies.certificates.margins import Need
-from vessel_hsmc_ros.studies.manoeuvres.ship import in_still_water
+from vessel_hsmc_ros.studies import margins
+from vessel_hsmc_ros.studies.manoeuvres.run import in_still_water
+from vessel_hsmc_ros.studies.margins import Need
 from vessel_hsmc_ros.studies.runs import scenario_run, ship_check
 
 RATE = margins.RATE_HZ

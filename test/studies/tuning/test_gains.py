@@ -7,7 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.studies.tuning.gains import Gain, parse_gains, with_gains
+from vessel_hsmc_ros.studies.tuning.plan import Gain, parse_gains, with_gains
 
 GAIN = "controller.guided.position_gain"
 

@@ -12,8 +12,17 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.studies.runs.batch import Outcome
 from vessel_hsmc_ros.studies.tuning.files import MAX_LISTED_RUNS, _cases, summary
-from vessel_hsmc_ros.studies.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.studies.tuning.plan import Case, Cost, Evaluation, Objective, Tuning, chosen_objective, load_cases
+from vessel_hsmc_ros.studies.tuning.plan import (
+    Case,
+    Cost,
+    Evaluation,
+    Gain,
+    Objective,
+    Tuning,
+    chosen_objective,
+    load_cases,
+    parse_gains,
+)
 from vessel_hsmc_ros.studies.tuning.result import Result, Trial, _repair, front_of, tune
 
 

@@ -12,8 +12,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
 from vessel_hsmc_ros.simulation.compilation import DISABLED
-from vessel_hsmc_ros.studies.tuning.gains import Gain, parse_gains
-from vessel_hsmc_ros.studies.tuning.plan import Objective, Tuning, held_out_cases, load_cases
+from vessel_hsmc_ros.studies.tuning.plan import Gain, Objective, Tuning, held_out_cases, load_cases, parse_gains
 from vessel_hsmc_ros.studies.tuning.result import Result, Trial, front_of, open_study, tune
 
 SHORT = {"vessel_sim.duration": 1.0, "vessel_sim.sensors.position_noise": 0.1} | {

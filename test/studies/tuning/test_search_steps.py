@@ -12,8 +12,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.studies.runs.batch import Outcome
-from vessel_hsmc_ros.studies.tuning.gains import Gain
-from vessel_hsmc_ros.studies.tuning.plan import Case, Objective, Tuning
+from vessel_hsmc_ros.studies.tuning.plan import Case, Gain, Objective, Tuning
 from vessel_hsmc_ros.studies.tuning.result import Search, Trial, open_study
 
 POSITION, SPEED = "controller.guided.position_gain", "controller.guided.approach_speed"

@@ -15,8 +15,7 @@ from vessel_hsmc_ros.report.tables import text
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.studies.runs.batch import Outcome
 from vessel_hsmc_ros.studies.tuning import files
-from vessel_hsmc_ros.studies.tuning.gains import Gain
-from vessel_hsmc_ros.studies.tuning.plan import PENALTY, Case, Cost, Evaluation, Objective, Tuning, load_cases
+from vessel_hsmc_ros.studies.tuning.plan import PENALTY, Case, Cost, Evaluation, Gain, Objective, Tuning, load_cases
 from vessel_hsmc_ros.studies.tuning.result import Result, Trial, best_of, front_of, verdict
 
 LAW = "los_pid"

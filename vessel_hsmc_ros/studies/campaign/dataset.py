@@ -26,8 +26,7 @@ from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import read_about
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, read_about
 
 if TYPE_CHECKING:
     import pyarrow
@@ -52,10 +51,7 @@ class Dataset:
         return sorted(self.rows.glob("chunk-*.parquet"), key=_number)
 
     def missing(self, campaign: Campaign) -> Iterator[int]:
-        """Numbers of the chunks that are not there, or have fewer rows than the campaign by now, in their order.
-
-        Raises CampaignError if a file is cut, or belongs to another campaign.
-        """
+        """Numbers of the chunks that are not there, or have fewer rows than the campaign by now, in their order."""
         there = {_number(path): path for path in self.files()}
         for number in range(campaign.chunks):
             if number not in there or check_chunk(there[number], campaign) < len(campaign.runs_of(number)):
@@ -63,10 +59,7 @@ class Dataset:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Write a file that exists either completely or not at all, also after a loss of power.
-
-    Raises CampaignError if it cannot be written.
-    """
+    """Write a file that exists either completely or not at all, also after a loss of power."""
     new = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with new.open("wb") as stream:
@@ -104,10 +97,7 @@ def table_schema(campaign: Campaign, chunk: int) -> "pyarrow.Schema":
 
 
 def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> bytes:
-    """The Parquet file of a chunk: equal rows give equal bytes.
-
-    `rows`: values by the names of the columns; one that is left out is null.
-    """
+    """The Parquet file of a chunk: equal rows give equal bytes."""
     pa = _pyarrow()
     from pyarrow import parquet
 
@@ -119,10 +109,7 @@ def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> b
 
 
 def check_chunk(path: Path, campaign: Campaign) -> int:
-    """Check that a file is a chunk of a campaign, by its first and last bytes.
-
-    Raises CampaignError if the file is cut, or belongs to another campaign.
-    """
+    """Check that a file is a chunk of a campaign, by its first and last bytes."""
     pa = _pyarrow()
     from pyarrow import parquet
 
@@ -197,11 +184,7 @@ class Row:
 
     @classmethod
     def read(cls, folder: Path | str, run: int) -> "Row":
-        """Read a row.
-
-        Raises ParameterError if the campaign has no such row; CampaignError if the folder is not that of a campaign, or the
-        file of the row is damaged.
-        """
+        """Read a row."""
         campaign = Campaign.of_folder(folder)
         campaign.planned(run)  # checks the number
         path = Dataset(Path(folder)).chunk_path(run // campaign.chunk)
@@ -215,8 +198,7 @@ class Row:
     def differences(self, metrics: Metrics | None, failure: str = "") -> list[str]:
         """Compare a run with the row.
 
-        `failure`: why it ended early; empty if it did not. Returns a line for each difference; none if all metrics are
-        bit-identical, or both ended early for the same reason.
+        Returns a line for each difference; none if all metrics are bit-identical, or both ended early for the same reason.
         """
         if self.values["ended_early"]:
             expected = self.values["failure"]
@@ -244,10 +226,7 @@ PACKAGES = ("vessel_hsmc_ros", "numba", "numpy", "pyarrow", "scipy")
 
 @contextmanager
 def opened(dataset: Dataset, campaign: Campaign) -> Iterator[None]:
-    """A context in which no other process computes chunks of the same folder; it is created if it does not exist.
-
-    Raises CampaignError if another process computes there, the folder is that of another campaign, or it cannot be written.
-    """
+    """A context in which no other process computes chunks of the same folder; it is created if it does not exist."""
     path = dataset.path
     if path.is_dir() and any(path.iterdir()) and not any((path / name).exists() for name in (LOCK, ABOUT)):
         raise CampaignError(f"{path} is not empty and not the folder of a campaign: choose another --output")

@@ -1,4 +1,4 @@
-"""Distributions of drawn parameters, each evaluated by its inverse: a value is a pure function of a number from 0 to 1.
+"""Distributions of drawn parameters, each evaluated by its inverse, and the points of the unit cube that it is evaluated at.
 
 A continuous distribution is truncated to the range of its parameter, which keeps its shape inside:
 
@@ -7,67 +7,105 @@ A continuous distribution is truncated to the range of its parameter, which keep
 
 import math
 import re
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.scenario.parameters import VESSEL, declared
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.campaign import ship_family
 
+METHODS = ("random", "latin_hypercube", "sobol")
+
+MAX_RUNS = 2**30  # largest number of draws: the length of the Sobol sequence
+SEEDS = 2**31  # number of the seeds that the plant accepts
+_BLOCK = 1024
+_SMALLEST = 2.0**-53
+_STREAM = 1  # separates the random numbers of a draw from those that the plant makes from its seed
+
+
+def point(method: str, dimensions: int, seed: int, draws: int, draw: int) -> tuple[float, ...]:
+    """A point of the open unit cube. Returns the coordinates, between 0 and 1 and neither of them."""
+    if method == "latin_hypercube":
+        row = _hypercube(dimensions, seed, draws)[draw]
+    else:
+        row = _block(method, dimensions, seed, draw // _BLOCK)[draw % _BLOCK]
+    # The inverse of a normal distribution is infinite at 0 and 1.
+    return tuple(min(max(u, _SMALLEST), 1.0 - _SMALLEST) for u in row.tolist())
+
+
+def noise_seed(seed: int, draw: int) -> int:
+    """Seed of the plant's random numbers in a draw; all draws of a campaign have different ones."""
+    first = int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0])
+    return (first + draw) % SEEDS
+
+
+@lru_cache(maxsize=4)
+def _hypercube(dimensions: int, seed: int, draws: int) -> Array:
+    """The table of a Latin hypercube, (draws, dimensions): its rows cannot be made one by one."""
+    return np.asarray(qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed)).random(draws))
+
+
+@lru_cache(maxsize=8)
+def _block(method: str, dimensions: int, seed: int, number: int) -> Array:
+    """A block of consecutive points, (_BLOCK, dimensions)."""
+    first = number * _BLOCK
+    if method == "random":
+        return np.array([np.random.default_rng((seed, k, _STREAM)).random(dimensions) for k in range(first, first + _BLOCK)])
+    sequence = qmc.Sobol(dimensions, rng=np.random.default_rng(seed))
+    if first:
+        sequence.fast_forward(first)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of the balance of a number that is no power of two
+        # A point is the lower corner of its cell; the middle of the cell is never on the border of the cube.
+        return np.asarray(sequence.random(_BLOCK)) + 0.5 / MAX_RUNS
+
 
 @dataclass(frozen=True)
 class Uniform:
-    """Equally likely from `low` to `high`."""
+    """A number, or the logarithm of one above 0, that is equally likely between the ends."""
 
     low: float
     high: float
+    logarithmic: bool = False
 
     def truncated(self, low: float, high: float) -> "Uniform | None":
         """The same within limits; None if no value is."""
-        inside = Uniform(max(self.low, low), min(self.high, high))
+        inside = replace(self, low=max(self.low, low), high=min(self.high, high))
         return inside if inside.low <= inside.high else None
 
     def quantile(self, u: float) -> float:
         """The value below which a draw is with probability u."""
-        return self.low + u * (self.high - self.low)
-
-
-@dataclass(frozen=True)
-class LogUniform:
-    """A positive number whose logarithm is equally likely between those of `low` and `high`."""
-
-    low: float
-    high: float
-
-    def truncated(self, low: float, high: float) -> "LogUniform | None":
-        """The same within limits; None if no value is."""
-        inside = LogUniform(max(self.low, low), min(self.high, high))
-        return inside if inside.low <= inside.high else None
-
-    def quantile(self, u: float) -> float:
-        """The value below which a draw is with probability u."""
+        if not self.logarithmic:
+            return self.low + u * (self.high - self.low)
         return min(max(self.low * math.exp(u * math.log(self.high / self.low)), self.low), self.high)
 
 
 @dataclass(frozen=True)
 class Normal:
-    """Gaussian with a mean and a standard deviation, between `low` and `high`."""
+    """A number, or the logarithm of one above 0, that is Gaussian between limits."""
 
     mean: float
     deviation: float
     low: float = -math.inf
     high: float = math.inf
+    logarithmic: bool = False
 
     def truncated(self, low: float, high: float) -> "Normal | None":
         """The same within limits; None if practically no value is: its probability is below the smallest number."""
-        inside = Normal(self.mean, self.deviation, max(self.low, low), min(self.high, high))
+        if self.logarithmic:
+            low, high = (math.log(limit) if limit > 0.0 else -math.inf for limit in (low, high))
+        inside = replace(self, low=max(self.low, low), high=min(self.high, high))
         lower, upper = inside._probabilities()
         return inside if upper > lower else None
 
@@ -78,7 +116,8 @@ class Normal:
             u = 1.0 - u
         standard = float(ndtri(lower + u * (upper - lower)))
         value = self.mean + self.deviation * (-standard if self._mirrored else standard)
-        return min(max(value, self.low), self.high)
+        value = min(max(value, self.low), self.high)
+        return math.exp(value) if self.logarithmic else value
 
     @property
     def _mirrored(self) -> bool:
@@ -89,24 +128,6 @@ class Normal:
         """Those of the limits in the standard normal distribution, or in its mirror image."""
         low, high = (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation
         return (float(ndtr(-high)), float(ndtr(-low))) if self._mirrored else (float(ndtr(low)), float(ndtr(high)))
-
-
-@dataclass(frozen=True)
-class Lognormal:
-    """A positive number whose logarithm is Gaussian."""
-
-    logarithm: Normal
-
-    def truncated(self, low: float, high: float) -> "Lognormal | None":
-        """The same within limits; None if no value is."""
-        if high <= 0.0:
-            return None
-        inside = self.logarithm.truncated(math.log(low) if low > 0.0 else -math.inf, math.log(high))
-        return None if inside is None else Lognormal(inside)
-
-    def quantile(self, u: float) -> float:
-        """The value below which a draw is with probability u."""
-        return math.exp(self.logarithm.quantile(u))
 
 
 @dataclass(frozen=True)
@@ -127,7 +148,7 @@ class Grid:
     values: tuple[float, ...]
 
 
-Continuous = Uniform | LogUniform | Normal | Lognormal
+Continuous = Uniform | Normal
 Distribution = Continuous | Choice | Grid
 
 FORMS = {
@@ -148,8 +169,7 @@ LARGEST_GRID = 100_000
 def parse_distribution(given: Any) -> tuple[Distribution, bool]:
     """Make a distribution from an entry such as `{uniform: [0.8, 1.2], relative: true}`.
 
-    Returns the distribution, not truncated; whether it is one of factors on the base value. Raises ParameterError if the entry
-    has another form; the message continues a text that names the parameter.
+    Returns the distribution, not truncated; whether it is one of factors on the base value.
     """
     kinds = list(given.keys() - {RELATIVE}) if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in FORMS:
@@ -191,10 +211,10 @@ def _continuous(kind: str, a: float, b: float) -> Continuous | None:
     if kind == "uniform":
         return Uniform(a, b) if a <= b else None
     if kind == "loguniform":
-        return LogUniform(a, b) if 0.0 < a <= b else None
+        return Uniform(a, b, logarithmic=True) if 0.0 < a <= b else None
     if kind == "normal":
         return Normal(a, b) if b > 0.0 else None
-    return Lognormal(Normal(math.log(a), b)) if a > 0.0 and b > 0.0 else None
+    return Normal(math.log(a), b, logarithmic=True) if a > 0.0 and b > 0.0 else None
 
 
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]")
@@ -241,11 +261,7 @@ class Drawn:
 
 
 def make_drawn(name: str, given: Any, scenario: Scenario) -> Drawn:
-    """Make a drawn parameter from its entry in a campaign file.
-
-    `given`: its distribution, such as `{normal: [0.0, 1.0]}`. Raises ParameterError if there is no such parameter, or its
-    distribution has a wrong form or no value in the parameter's range.
-    """
+    """Make a drawn parameter from its entry in a campaign file."""
     match = _ELEMENT.fullmatch(name)
     parameter, element = (match[1], int(match[2])) if match else (name, None)
     entry, base = _declaration(parameter, scenario)
@@ -300,7 +316,7 @@ def _allowed(drawn: Drawn, given: Mapping[str, Any]) -> Continuous | Choice | Gr
         raise ParameterError(f"draw {drawn.name} must be a choice (got {given}), as the parameter is {entry.allowed}")
     # An integer takes the share of the numbers that are rounded to it.
     half = 0.5 if drawn.type is int else 0.0
-    if half and isinstance(distribution, Uniform):
+    if half and isinstance(distribution, Uniform) and not distribution.logarithmic:
         wider = half / abs(drawn.factor)
         distribution = Uniform(distribution.low - wider, distribution.high + wider)
     low, high = drawn.limits

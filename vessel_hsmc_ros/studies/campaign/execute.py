@@ -25,10 +25,9 @@ from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, differences, opened, versions, write_file, write_table
-from vessel_hsmc_ros.studies.campaign.feasibility import infeasible
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import Source
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, Source
+from vessel_hsmc_ros.studies.feasibility import infeasible
+from vessel_hsmc_ros.studies.runs import batch
 from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 
@@ -41,8 +40,7 @@ def campaign_of(source: Source, repetitions: int) -> Campaign:
 def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None] | None = None) -> bytes:
     """Compute a chunk of a campaign in this process.
 
-    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error. `progress`: called
-    with the completed fraction, from 0 to 1; may raise an exception to cancel the chunk.
+    A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error.
     """
     runs = campaign.runs_of(number)
     made = {run: _scenario(campaign, run) for run in runs}
@@ -179,7 +177,7 @@ def run_campaign(
         elif missing:
             tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
             ensure_compiled(_samples(campaign))
-            worker_pool.run_all(_compute, tasks, workers=workers, on_progress=report)
+            batch.run_all(_compute, tasks, workers=workers, on_progress=report)
         report(len(missing))
     return dataset.path
 
@@ -235,16 +233,7 @@ def check_address(scheduler: str) -> None:
 
 
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
-    """Compute chunks on a cluster.
-
-    `scheduler`: address of the scheduler, such as tcp://host:8786.
-
-    Yields:
-        Number and file content of each chunk as soon as it is computed, in any order.
-
-    Raises:
-        CampaignError: the scheduler cannot be reached, the connection is lost, or a worker fails or has other versions.
-    """
+    """Compute chunks on a cluster: number and file content of each chunk as soon as it is computed, in any order."""
     law_files = tuple((path.name, path.read_bytes()) for path in loaded_law_files())
     job = Job(campaign.source, campaign.repetitions, law_files)
     expected = versions()

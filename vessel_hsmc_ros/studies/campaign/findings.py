@@ -3,26 +3,16 @@
 import itertools
 import math
 import shlex
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import reduce
-from itertools import pairwise
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.report.tables import label, value_text
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.results import Results
-from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, ShipFamily
-from vessel_hsmc_ros.studies.campaign.statistics import (
+from vessel_hsmc_ros.studies.campaign.results import (
     CONFIDENCE,
     FEWEST,
     Cell,
     Influence,
     Quantile,
+    Results,
     Table,
     at_most,
     clopper_pearson,
@@ -54,7 +44,7 @@ def influences_by_variant(results: Results) -> dict[str, list[Influence]]:
 def sentences(results: Results, found: dict[str, list[Influence]]) -> list[tuple[str, str]]:
     """The findings in words, each with the law that it is about; empty for the comparison of laws."""
     if results.campaign.has_ships:
-        return _ship_sentences(ships_of(results))
+        return [(variant, _lost(runs)) for variant, runs in results.by_variant.items()]
     lines = []
     for law, runs in results.by_variant.items():
         lines.append((law, " ".join([_failures(runs), _sizes(runs, results.main), _causes(found[law], len(runs))])))
@@ -161,6 +151,15 @@ def _failures(runs: Results) -> str:
     return f"{statement}: a run fails with a probability of {share_text(count / n)} ({interval} at {100.0 * CONFIDENCE:g} %)."
 
 
+def _lost(runs: Results) -> str:
+    """How many ships of the family are lost: their runs fail, although a law with exact knowledge can keep them."""
+    feasible = runs.rows["infeasible"] == ""
+    count, n = int((runs.failed & feasible).sum()), int(feasible.sum())
+    share = share_text(count / n) if n else "none"
+    interval = f" ({interval_text(clopper_pearson(count, n))} at {100.0 * CONFIDENCE:g} %)" if runs.campaign.independent else ""
+    return f"{count} of {n} feasible ships lost, {share}{interval}."
+
+
 def _sizes(runs: Results, metric: str) -> str:
     """Median, 99 % quantile and largest value of the main metric."""
     cost = runs.cost(metric)
@@ -223,155 +222,3 @@ def _rounded(value: object) -> object:
 
 def _confident(what: str) -> str:
     return f"{what} ({100.0 * CONFIDENCE:g} %)"
-
-
-Mask = NDArray[np.bool_]
-Column = NDArray[Any]
-
-KNOWLEDGE = f"{SHIP}knowledge"
-
-
-@dataclass(frozen=True)
-class Ships:
-    """The ships of a campaign with the family, of the draws of which all variants are computed.
-
-    A ship is lost if its run fails: it ends early, or exceeds a limit. Only feasible ones count, those that a law with exact
-    knowledge can keep (`feasibility`). All variants of a draw share the ship and its day, so they are compared ship by ship.
-    """
-
-    campaign: Campaign
-    values: Mapping[str, Column]  # the numbers of the ships that are drawn, (n,) each, by their names without prefix
-    feasible: Mask  # whether a law can keep each ship, (n,)
-    lost: Mapping[str, Mask]  # whether it is lost, (n,), for each variant
-
-
-def ships_of(results: Results) -> Ships:
-    """The ships of a campaign."""
-    found = results.by_variant
-    common = reduce(np.intersect1d, (runs.rows["draw"] for runs in found.values()))
-    chosen = {variant: np.isin(runs.rows["draw"], common) for variant, runs in found.items()}
-    first = next(iter(found))
-    rows = {name: column[chosen[first]] for name, column in found[first].rows.items()}
-    values = {name.removeprefix(SHIP): rows[name] for name in results.campaign.drawn if name.startswith(SHIP)}
-    lost = {variant: runs.failed[chosen[variant]] for variant, runs in found.items()}
-    return Ships(results.campaign, values, rows["infeasible"] == "", lost)
-
-
-def _ship_sentences(ships: Ships) -> list[tuple[str, str]]:
-    """The findings in words, each with the variant that it is about; empty for what concerns several."""
-    n = int(ships.feasible.sum())
-    lines = [
-        (variant, f"{(count := int(lost[ships.feasible].sum()))} of {n} feasible ships lost, {_share(count, n, ships.campaign)}.")
-        for variant, lost in ships.lost.items()
-    ]
-    return [*lines, *(("", text) for text in (*_because(ships), _wrong(ships)))]
-
-
-def _because(ships: Ships) -> list[str]:
-    """How many ships are lost because of what is declared of them."""
-    named = _by_knowledge(ships.campaign)
-    if not {"declared", "nothing"} <= named.keys():
-        return []
-    lost = {knowledge: ships.lost[variant] & ships.feasible for knowledge, variant in named.items() if variant in ships.lost}
-    n, kept = int(ships.feasible.sum()), ships.feasible & ~lost["nothing"]
-    because = kept & lost["declared"]
-    lines = [f"Because of what was declared {_share(int(because.sum()), n, ships.campaign, counted=True)} are lost."]
-    if "true_values" in lost:
-        still, true = int((because & lost["true_values"]).sum()), int((kept & lost["true_values"]).sum())
-        lines.append(
-            f"Of these, {still} are lost with the true values as well; in all, true values lose"
-            f" {_share(true, n, ships.campaign, counted=True)} that are kept with nothing declared."
-        )
-    return lines
-
-
-def _wrong(ships: Ships) -> str:
-    """The cost of a wrong judgement of what is feasible."""
-    none = reduce(np.logical_and, ships.lost.values())
-    return (
-        f"Of {int((~ships.feasible).sum())} infeasible ships some variant keeps {int((~none & ~ships.feasible).sum())};"
-        f" of {int(ships.feasible.sum())} feasible ones no variant keeps {int((none & ships.feasible).sum())}."
-    )
-
-
-def _by_knowledge(campaign: Campaign) -> dict[str, str]:
-    """The first variant with each knowledge of the first law."""
-    default = ShipFamily().knowledge
-    found: dict[str, str] = {}
-    for (variant, changes), law in zip(campaign.variants.items(), campaign.laws, strict=True):
-        if law == campaign.laws[0]:
-            found.setdefault(str(changes.get(KNOWLEDGE, campaign.changes.get(KNOWLEDGE, default))), variant)
-    return found
-
-
-def lost(ships: Ships) -> Table:
-    """The ships that each variant loses: in all, and by what distinguishes them."""
-    every = ("all", np.full(len(ships.feasible), ""))
-    groups = [every, *((name, of(ships.values)) for name, of in GROUPS.items() if _known(of, ships.values))]
-    lines = []
-    for name, labels in groups:
-        for i, group in enumerate(dict.fromkeys(sorted(labels.tolist(), key=_order))):
-            among = ships.feasible & (labels == group)
-            n = int(among.sum())
-            counts = [int((each & among).sum()) for each in ships.lost.values()]
-            shares = [Cell(f"{count}", share_text(count / n) if n else "") for count in counts]
-            lines.append((Cell(name if i == 0 else ""), Cell(str(group)), Cell(f"{n}"), *shares))
-    return Table(("ships", "", "feasible", *ships.lost), lines)
-
-
-def _order(label: str) -> tuple[float, str]:
-    """What is not there first, then numbers by their size, then texts."""
-    number = label.split(" ")[0]
-    if label in ("none", "no"):
-        return -1.0, label
-    return (float(number), label) if number.replace(".", "").isdigit() else (float("inf"), label)
-
-
-Values = Mapping[str, Column]
-
-
-def _known(of: Callable[[Values], Column], values: Values) -> bool:
-    """Whether the numbers that a group needs are drawn."""
-    try:
-        of(values)
-    except KeyError:
-        return False
-    return True
-
-
-def _names(values: Values, switches: Mapping[str, str], none: str) -> Column:
-    """Which of several switches are on, in words."""
-    columns = [np.where(values[name].astype(bool), f"{word}, ", "") for name, word in switches.items()]
-    joined = [("".join(parts).removesuffix(", ") or none) for parts in zip(*columns, strict=True)]
-    return np.array(joined)
-
-
-def _classes(column: Column, bounds: tuple[float, ...], unit: str = "") -> Column:
-    """The interval between bounds that each number is in, in words."""
-    names = np.array([f"{low:g} to {high:g}{unit}" for low, high in pairwise(bounds)])
-    return names[np.clip(np.searchsorted(bounds, column.astype(float), side="right") - 1, 0, len(names) - 1)]
-
-
-DELAYS = {"declares_lag": "lag", "declares_rate": "rate", "declares_dead_time": "dead time"}
-
-GROUPS: dict[str, Callable[[Values], Column]] = {
-    "delays declared": lambda v: _names(v, DELAYS, "none"),
-    "coupling declared": lambda v: _names(v, {"declares_coupling": "yes"}, "no"),
-    "sway damping declared": lambda v: _names(v, {"declares_sway_damping": "yes"}, "no"),
-    "delays": lambda v: _names(v, {"has_lag": "lag", "has_rate": "rate", "has_dead_time": "dead time"}, "none"),
-    "reference": lambda v: v["reference"],
-    "loads": lambda v: _names(v, {"has_current": "current", "has_wind": "wind"}, "none"),
-    "sensors": lambda v: _names(v, {"noisy": "noise"}, "perfect"),
-    "control rate": lambda v: np.array([f"{rate:g} Hz" for rate in v["control_rate_hz"]]),
-    "length": lambda v: _classes(v["length"], (0.0, 3.0, 10.0, 30.0, 100.0, 1000.0), " m"),
-    "m11/m22": lambda v: _classes(v["surge_to_sway_inertia"], (0.0, 0.7, 0.85, 1.0, 2.0)),
-}
-"""What distinguishes ships, as a label for each."""
-
-
-def _share(count: int, n: int, campaign: Campaign, counted: bool = False) -> str:
-    """A share of the feasible ships, with its interval where draws are independent."""
-    if not n:
-        return "none"
-    share = f"{count} of {n}, {share_text(count / n)}" if counted else share_text(count / n)
-    return f"{share} ({interval_text(clopper_pearson(count, n))} at 95 %)" if campaign.independent else share

@@ -17,8 +17,7 @@ from vessel_hsmc_ros.report.style import run_colour
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
-from vessel_hsmc_ros.studies.campaign.results import LEGS, Results, read
-from vessel_hsmc_ros.studies.campaign.statistics import CONFIDENCE, FEWEST, Influence, exceedance
+from vessel_hsmc_ros.studies.campaign.results import CONFIDENCE, FEWEST, LEGS, Influence, Results, exceedance, read
 
 PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "scatter", "map": "map"}
 """The kinds of the pictures, by the sections of the page whose diagrams they show."""
@@ -27,9 +26,7 @@ PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "sca
 def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], dict[str, Path]]:
     """Write the report of a campaign, complete or not.
 
-    `output`: the page; by default `report.html` in the folder. The figures are in `figures/` beside it. Returns the findings in
-    words, and the paths by kind: page and figures. Raises CampaignError if the folder is not that of a campaign, or a file of
-    it is damaged; ReportError if the campaign has no results yet, or a file cannot be written.
+    The figures are in `figures/` beside it. Returns the findings in words, and the paths by kind: page and figures.
     """
     results = read(folder)
     found = influences_by_variant(results)
@@ -45,10 +42,7 @@ def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], di
 
 
 def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[str, Sequence[Figure]], folder: Path) -> str:
-    """Render the HTML text of the page.
-
-    `found`: the influences on the main metric for each law. `drawn`: its diagrams, by section.
-    """
+    """Render the HTML text of the page."""
     campaign = results.campaign
     content = {"figures": drawn, "command": findings.replay_command(folder, 0).rpartition(" ")[0]}
     return page_kit.render(
@@ -60,7 +54,6 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[s
         sentences=findings.sentences(results, found),
         notes=_notes(results),
         colours={law: colour(results, law) for law in results.by_variant},
-        lost=findings.lost(findings.ships_of(results)) if campaign.has_ships else None,
         failures=findings.failures(results),
         quantiles=findings.quantiles(results),
         comparisons=findings.comparisons(results),
@@ -124,10 +117,7 @@ class Scatter(NamedTuple):
 
 
 def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> dict[str, list[Figure]]:
-    """The diagrams of a campaign, by the sections of its page.
-
-    `found`: the influences on the main metric for each law, strongest first.
-    """
+    """The diagrams of a campaign, by the sections of its page."""
     plane = _plane(results)
     return {
         "exceedance": [_exceedance(results, each) for each in results.shown if each != SETTLING or _settles(results)],

@@ -53,11 +53,7 @@ class Ship(NamedTuple):
 
 
 def resolved(*layers: Mapping[str, object]) -> Changes:
-    """Layers of changes in one, the later ones over the earlier ones, with the numbers of a ship of the family expanded.
-
-    `layers`: values by `node.parameter` or by `ship.number`. Raises ParameterError if a number of the ship is unknown or out of
-    range, or no reference is feasible for it.
-    """
+    """Layers of changes in one, the later ones over the earlier ones, with the numbers of a ship of the family expanded."""
     merged = {name: value for layer in layers for name, value in layer.items()}
     numbers = {name.removeprefix(SHIP): merged.pop(name) for name in list(merged) if name.startswith(SHIP)}
     # What is changed by name stays so, whatever the expansion contains.
@@ -65,10 +61,7 @@ def resolved(*layers: Mapping[str, object]) -> Changes:
 
 
 def expand(family: ShipFamily) -> Changes:
-    """The changes to a scenario that make it that of a ship of the family; always the same names.
-
-    Raises ParameterError if no reference of this kind is feasible for the ship.
-    """
+    """The changes to a scenario that make it that of a ship of the family; always the same names."""
     ship = ship_of(family)
     T, course = ship.scale.T, ship.course
     duration = min(max(SHORTEST * T, PERIODS * course.period), MAX_TURN_TIMES * T) + course.rise_time
@@ -127,10 +120,7 @@ def hull_of(family: ShipFamily) -> ShipParameters:
 
 
 def _delays(family: ShipFamily, own: float, limit: float, T: float, period: float) -> Delays:
-    """The true delays of an actuator.
-
-    `period`: of the plant, s, to which dead times are rounded.
-    """
+    """The true delays of an actuator."""
     full = own * family.time_to_full * T
     dead = own * family.dead_time * T
     return Delays(

@@ -162,10 +162,7 @@ class Request(NamedTuple):
 
 
 def course_for(request: Request, hull: ShipParameters, scale: Scale) -> Course:
-    """The reference of a kind for a ship; wider or slower where the ship could not follow it in calm water.
-
-    Raises ParameterError if the ship cannot follow any reference of this kind.
-    """
+    """The reference of a kind for a ship; wider or slower where the ship could not follow it in calm water."""
     turn = _feasible(request, hull, scale)
     mode, chosen, period = MAKERS[request.kind](turn, hull, scale)
     return Course(

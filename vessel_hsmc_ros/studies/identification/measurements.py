@@ -45,11 +45,7 @@ timing of the wrench, and what to sail."""
 
 
 def checked(run: Measurements, window: float = 0.0) -> Measurements:
-    """The run itself, if it can be used.
-
-    `window`: its shortest duration, s. Raises IdentificationError for too few samples, times that do not increase, gaps, or
-    numbers that are not finite.
-    """
+    """The run itself, if it can be used."""
     if len(run.time) < FEWEST:
         raise IdentificationError(f"{run.name} has {len(run.time)} samples: at least {FEWEST} are needed")
     for name, values in (("time", run.time), ("pose", run.pose), ("wrench", run.wrench)):
@@ -115,11 +111,7 @@ def from_run(run: Run, name: str = "run") -> Measurements:
 
 
 def from_bag(path: Path | str, namespace: str | None = None, odometry: str = "", wrench: str = "") -> Measurements:
-    """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps.
-
-    Raises BagError if the bag cannot be read, or has no such vessel; IdentificationError if there is no wrench, or the samples
-    do not serve.
-    """
+    """Odometry with the applied wrench, or the commanded one where the bag has no other, at the odometry's stamps."""
     bag = open_bag(path, odometry, wrench)
     prefix = bag.namespace(namespace)
     state, force = bag.find(prefix, "odom"), _wrench_of(bag, prefix)
@@ -178,8 +170,6 @@ def from_csv(path: Path | str, columns: Mapping[str, str] | None = None) -> Meas
     """A CSV file with columns for time, pose and wrench, and optionally for the velocities.
 
     The columns are time, x, y, heading or heading_deg; u, v, r where measured; surge_force, sway_force, yaw_moment, else zero.
-    `columns`: the file's name of each of these columns, where it differs. Raises IdentificationError if a column is missing, or
-    the samples do not serve.
     """
     table, named = _table(Path(path)), dict(columns or {})
     known = (*NEEDED, *HEADINGS, *VELOCITIES, *WRENCH)
@@ -262,7 +252,6 @@ def judged(run: Measurements) -> Measurements:
     """The run itself, if its velocities, headings and positions agree; with what else is doubtful as its `doubts`.
 
     A jump of the positions leaves the estimates as they are, and signs are a conclusion from few manoeuvres: both are doubts.
-    Raises IdentificationError if the motion contradicts itself, as one of another frame or unit.
     """
     run = _filled_in(run)
     connection = _connection(run)

@@ -99,10 +99,7 @@ def regress_currents(unknowns: Unknowns, runs: Sequence[tuple[Measurements, Smoo
 
 
 def through_water(runs: Sequence[tuple[Measurements, Smoothed]], currents: Array) -> list[tuple[Measurements, Smoothed]]:
-    """The runs with their velocities through the water: nu - R(psi)ᵀ·current, in whose frame the current turns at -r.
-
-    `currents`: of each run along x and y, (runs, 2).
-    """
+    """The runs with their velocities through the water: nu - R(psi)ᵀ·current, in whose frame the current turns at -r."""
     found = []
     for (run, smoothed), current in zip(runs, currents, strict=True):
         flow = in_body_frame(np.broadcast_to([*current, 0.0], smoothed.velocity.shape), smoothed.pose[:, 2])

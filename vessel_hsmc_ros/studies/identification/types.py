@@ -127,11 +127,7 @@ DELAY = "wrench_delay"
 
 
 def model(names: str | Sequence[str], inputs: Sequence[str] = ()) -> Model:
-    """The parameters to estimate, by the name of a model or one by one.
-
-    `names`: `paper`, `linear`, `coupled`, or names of hull parameters. `inputs`: names of input gains and offsets, GAINS and
-    OFFSETS. Raises ParameterError if a name is unknown.
-    """
+    """The parameters to estimate, by the name of a model or one by one."""
     given = MODELS.get(names) if isinstance(names, str) else tuple(names)
     if given is None:
         raise ParameterError(f"{names} is not a model: {suggestion(str(names), MODELS)}")
@@ -212,10 +208,7 @@ def unknowns(model: Model, start: VesselParameters | None) -> Unknowns:
 
 
 def vessel(values: Mapping[str, float]) -> Vessel:
-    """The plant's coefficients; hull parameters that are missing are zero.
-
-    Raises ParameterError if the inertia matrix has no positive determinant.
-    """
+    """The plant's coefficients; hull parameters that are missing are zero."""
     hull: dict[str, Any] = {name: float(values.get(name, 0.0)) for name in HULL}
     return VesselParameters(**hull).coefficients()
 

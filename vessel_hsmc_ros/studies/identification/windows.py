@@ -121,10 +121,7 @@ class Windows(NamedTuple):
 
 
 def windows(runs: Sequence[Measurements], length: float, exact: bool = False) -> Windows:
-    """Cut runs into windows of about one length.
-
-    `exact`: exactly this length, without what is left at the end of a run, instead of equal parts.
-    """
+    """Cut runs into windows of about one length."""
     edges, index, at = [], [], 0
     for number, run in enumerate(runs):
         samples = max(2, round(length / float(np.median(np.diff(run.time)))))
@@ -172,25 +169,15 @@ def unrolled(cut: Windows, values: Array, samples: int) -> Array:
 
 
 def simulated(
-    cut: Windows,
-    starts: Array,
-    vessel: Vessel,
-    gains: Array,
-    offsets: Array,
-    delay: float = 0.0,
-    currents: Array | None = None,
+    cut: Windows, starts: Array, vessel: Vessel, gains: Array, offsets: Array, delay: float = 0.0, currents: Array | None = None
 ) -> Array:
     """The motion in all windows, (w, k, 6).
 
-    Args:
-        starts: State at the first sample of each, (w, 6).
-        gains: Factors on surge force, sway force and yaw moment, (3,).
-        offsets: Steady forces in the earth-fixed frame and yaw moment, (3,).
-        delay: By how much the wrench acts later than it is recorded, s.
-        currents: Steady current of each run along x and y, over ground, (runs, 2), m/s; None for still water.
+    `starts`: State at the first sample of each, (w, 6). `gains`: Factors on surge force, sway force and yaw moment, (3,).
+    `offsets`: Steady forces in the earth-fixed frame and yaw moment, (3,). `currents`: Steady current of each run along x and
+    y, over ground, (runs, 2), m/s; None for still water.
 
-    Returns:
-        States at the samples of each window, (w, k, 6); not finite where the motion diverges.
+    Returns states at the samples of each window, (w, k, 6); not finite where the motion diverges.
     """
     states = np.full(cut.measured.shape, np.nan)
     flow = np.zeros((len(starts), 2)) if currents is None else currents[cut.run]
@@ -215,8 +202,7 @@ def simulate_windows(
 ) -> None:
     """`simulated` into an array; the wrench is constant from each sample to the next.
 
-    `times`, `wrench`, `steps`: as in `Windows`. `starts`, `vessel`, `gains`, `offsets`: as in `simulated`. `flow`: current of
-    each window, (w, 2). `states`: array for the result, (w, k, 6).
+    `flow`: current of each window, (w, 2). `states`: array for the result, (w, k, 6).
     """
     for window in range(len(starts)):
         first = starts[window].tolist()
@@ -232,10 +218,7 @@ def simulate_windows(
 
 @kernel
 def total_wrench(psi: float, wrench: Array, gains: Array, offsets: Array) -> tuple[float, float, float]:
-    """The wrench on the hull: the recorded one times its gains, and the steady forces in the body frame.
-
-    `wrench`: (3,). `gains`, `offsets`: as in `simulated`.
-    """
+    """The wrench on the hull: the recorded one times its gains, and the steady forces in the body frame. `wrench`: (3,)."""
     c, s = math.cos(psi), math.sin(psi)
     return (
         gains[0] * wrench[0] + c * offsets[0] + s * offsets[1],
@@ -263,12 +246,7 @@ def predict(
     inputs: Mapping[str, float] | None = None,
     current: tuple[float, float] = (0.0, 0.0),
 ) -> Prediction:
-    """Predict a run window by window, each from the smoothed state at its start.
-
-    `values`: hull parameters by their names; those that are missing are zero. `measurements`: the run, best one that the values
-    were not estimated from. `current`: steady current of the run along x and y, over ground, m/s. Raises IdentificationError if
-    the run is shorter than a window.
-    """
+    """Predict a run window by window, each from the smoothed state at its start."""
     require_rate(measurements, window)
     duration = float(measurements.time[-1] - measurements.time[0])
     if duration < window:

@@ -47,10 +47,7 @@ class Track(NamedTuple):
 
 
 def track_of(run: Run, scenario: Scenario) -> Track:
-    """The track of a simulated manoeuvre.
-
-    `run`: the run, whose plant and law have the same rate.
-    """
+    """The track of a simulated manoeuvre."""
     settings = scenario.controller.manoeuvre
     begin = round(settings.approach_time * scenario.controller.rate_hz)
     side = 1.0 if settings.side == "port" else -1.0

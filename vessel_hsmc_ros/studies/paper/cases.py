@@ -67,10 +67,7 @@ class Case:
 DURATION = "vessel_sim.duration"
 SHORT: Mapping[str, object] = {DURATION: 60.0}
 TRACKING, STRAIGHT, SLALOM = "case2_tracking", "case2_straight", "case2_slalom"
-LIMITS: Mapping[str, object] = {
-    "vessel_sim.actuators.surge_force_limit": 2e5,
-    "vessel_sim.actuators.yaw_moment_limit": 3e6,
-}
+LIMITS: Mapping[str, object] = {"vessel_sim.actuators.surge_force_limit": 2e5, "vessel_sim.actuators.yaw_moment_limit": 3e6}
 SWAY_WEIGHT = "controller.hierarchical_printed.sway_weight"
 # 0.299 rad/s² and 0.213 m/s² at the largest z1 and z2 of the circle, rounded up. Without networks eta1 must exceed b·|f_r| too,
 # in all 1.9 rad/s² on the circle.
@@ -177,11 +174,7 @@ BY_NAME = {case.name: case for case in PRINTED_CASES}
 
 
 def repaired(name: str, changes: Mapping[str, object] | None = None, constants: Mapping[str, Any] | None = None) -> Case:
-    """A case of the printed law with the repaired one.
-
-    `name`: name of the case of the printed law. `changes`: what replaces its changes of parameters that the repaired law does
-    not have.
-    """
+    """A case of the printed law with the repaired one."""
     case = BY_NAME[name]
     changes = case.changes if changes is None else changes
     return replace(

@@ -1,4 +1,4 @@
-"""Every claim of the paper that a run can test, and the results of an independent prototype: both in config/paper/claims.yaml.
+"""The numbers of a run, and every claim of the paper that they test: both in config/paper/claims.yaml.
 
 Measured numbers of runs are compared with thresholds, all of which must be met. The same check serves both forms of the law: it
 takes the numbers of the runs of one of them, `cases.of_law`.
@@ -12,7 +12,70 @@ from typing import Any
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.studies.paper.cases import LAWS, of_law
-from vessel_hsmc_ros.studies.paper.numbers import Numbers
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The numbers of one run; NaN where a number does not exist.
+
+    `late` denotes the root mean square over the last quarter of the run; `step` the root mean square, over that quarter, of the
+    change from one control period to the next; `share` a fraction; `needed` a lower bound by (34). Units are SI unless a suffix
+    such as `deg` or `in_g` names another.
+    """
+
+    duration: float = NAN
+    ended_at: float = NAN
+    singularity_share: float = NAN
+    position_error_start: float = NAN
+    position_error_early: float = NAN
+    position_error_second_quarter: float = NAN
+    position_error_late: float = NAN
+    position_error_final: float = NAN
+    position_error_smallest: float = NAN
+    heading_error_rms_deg: float = NAN
+    heading_error_second_half_deg: float = NAN
+    heading_error_late_deg: float = NAN
+    heading_error_final_deg: float = NAN
+    heading_settling_time: float = NAN
+    heading_reference_second_half_deg: float = NAN
+    surge_force_peak: float = NAN
+    yaw_moment_peak: float = NAN
+    surge_peak_in_g: float = NAN
+    surge_velocity_error_late: float = NAN
+    sway_velocity_error_late: float = NAN
+    surge_force_step: float = NAN
+    yaw_moment_step: float = NAN
+    nonlinear_damping_share: float = NAN
+    surge_error_late: float = NAN
+    sway_error_late: float = NAN
+    sway_error_on_surfaces: float = NAN
+    sway_error_final: float = NAN
+    yaw_surface_start: float = NAN
+    yaw_surface_late: float = NAN
+    yaw_surface_reaching_time: float = NAN
+    surge_surface_start: float = NAN
+    surge_surface_late: float = NAN
+    surge_surface_reaching_time: float = NAN
+    surge_error_settling_time: float = NAN
+    weighted_sway_surface_late: float = NAN
+    weighted_heading_surface_late: float = NAN
+    lyapunov_rising_share: float = NAN
+    surge_estimate_error: float = NAN
+    sway_estimate_error: float = NAN
+    yaw_estimate_error: float = NAN
+    weights: float = NAN
+    activation_spread: float = NAN
+    yaw_switching_gain: float = NAN
+    yaw_switching_gain_needed: float = NAN
+    surge_switching_gain: float = NAN
+    surge_switching_gain_needed: float = NAN
+    yaw_rate_d_late: float = NAN
+    growth_rate: float = NAN
+    reduced_sway_error_final: float = NAN
+    reduced_deviation: float = NAN
+
 
 Results = Mapping[str, Numbers]  # the numbers of every run of one form of the law, by its name
 NARROW = 1.3

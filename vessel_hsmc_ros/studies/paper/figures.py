@@ -13,17 +13,11 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.style import INK, OTHER, PLOT, SHIP
-from vessel_hsmc_ros.studies.compare.comparison_page import COLOURS
-from vessel_hsmc_ros.studies.paper.case_run import CaseResult
+from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, of_law
+from vessel_hsmc_ros.studies.paper.reproduction import CaseResult
 
-STYLE: Any = {
-    **PLOT,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "lines.linewidth": 1.3,
-    "savefig.dpi": 200,
-}
+STYLE: Any = {**PLOT, "axes.spines.right": False, "axes.spines.top": False, "lines.linewidth": 1.3, "savefig.dpi": 200}
 
 START = 1.0  # the first commands of the printed law are far above all later ones: axes are scaled to the time after START, s
 WIDTH = 6.3
@@ -43,11 +37,7 @@ Both = Mapping[str, Run]  # a run of each form of the law, by the law
 
 
 def panels(count: int, height: float = 1.75, ratios: Sequence[float] | None = None) -> tuple[Figure, list[Axes]]:
-    """Create panels below each other with a common time axis.
-
-    `count`: number of panels. `height`: height of a panel, inches. `ratios`: relative heights; equal if not given. Returns the
-    figure and its axes from top to bottom.
-    """
+    """Create panels below each other with a common time axis. Returns the figure and its axes from top to bottom."""
     figure = Figure(figsize=(WIDTH, 0.5 + height * count), layout="constrained")
     grid = figure.add_gridspec(count, 1, height_ratios=ratios)
     axes = [figure.add_subplot(grid[0])]
@@ -84,10 +74,7 @@ ZOOM, NEAR = 0.2, 0.6
 
 
 def pair(axis: Axes, runs: Both, column: int, name: str, scale: float = 1.0) -> None:
-    """Draw one component of the ships and the reference over time.
-
-    `column`: of x, y, psi, u, v, r. `scale`: factor to the unit of the axis.
-    """
+    """Draw one component of the ships and the reference over time."""
     reference = runs[REPAIRED]
     desired = unwrapped(reference.reference[:, 2]) if column == 2 else scale * reference.reference[:, column]
     for law, words in FORMS.items():
@@ -99,10 +86,7 @@ def pair(axis: Axes, runs: Both, column: int, name: str, scale: float = 1.0) -> 
 
 
 def commands(first: Axes, axis: Axes, runs: Both, column: int) -> None:
-    """Draw commands, held between their samples: those of the first moment, far above all later ones, have a scale of their own.
-
-    `first`: where to draw the first ZOOM seconds. `column`: 0 for the surge force, 1 for the yaw moment.
-    """
+    """Draw commands, held between their samples: those of the first moment, far above all later ones, have their own scale."""
     for law, words in FORMS.items():
         time, values = runs[law].time, runs[law].wrench[:, column]
         begins = time <= ZOOM
@@ -190,10 +174,7 @@ def wrench(runs: Both) -> Figure:
 
 
 def draw_all(outcomes: Mapping[str, CaseResult], folder: Path) -> list[Path]:
-    """Draw every figure as PNG, 200 dpi.
-
-    `folder`: an existing folder. Returns the files.
-    """
+    """Draw every figure as PNG, 200 dpi. Returns the files."""
     runs = {law: {name: found.run for name, found in of_law(law, outcomes).items()} for law in FORMS}
     shared = runs[PRINTED]
     circle, rest = ({law: runs[law][name] for law in FORMS} for name in ("circle", "stabilisation"))

@@ -116,10 +116,7 @@ class Demand(NamedTuple):
 
 @kernel
 def position_term(e: float, de: float, dde: float, g: Gains) -> Demand:
-    """k·L·tanh(e/L), its rate and its second derivative.
-
-    `e`, `de`, `dde`: component of the position error and its derivatives.
-    """
+    """k·L·tanh(e/L), its rate and its second derivative."""
     t = math.tanh(e / g.L)
     slope = g.k * (1.0 - t * t)
     return Demand(g.k * g.L * t, slope * de, slope * (dde - 2.0 * t * de * de / g.L))
@@ -137,8 +134,7 @@ def away_from_zero(value: float, least: float) -> float:
 def demanded(motion: Motion, own: Acceleration, desired: Motion, acceleration: Acceleration, g: Gains) -> tuple[Vector, ...]:
     """The demanded velocity c and its first two derivatives, in the ship's frame.
 
-    `motion`, `own`: state of the ship, and derivatives of its velocities. Returns R'c [m/s], R'dc [m/s²], which does not depend
-    on `own`, and R'ddc [m/s³].
+    Returns R'c [m/s], R'dc [m/s²], which does not depend on `own`, and R'ddc [m/s³].
     """
     p, p_d, dddp_d = point_ahead(motion, own, 0.0), point_ahead(desired, acceleration, 0.0), jerk(desired, acceleration)
     e = Vector(p.position.x - p_d.position.x, p.position.y - p_d.position.y)
@@ -154,11 +150,7 @@ def demanded(motion: Motion, own: Acceleration, desired: Motion, acceleration: A
 
 @kernel
 def yaw_acceleration(motion: Motion, own: Acceleration, c: tuple[Vector, ...], sway_integral: float, g: Gains) -> float:
-    """The yaw acceleration that sets dS2 = -k2·sat(S2/phi2).
-
-    `motion`, `own`: state of the ship, and derivatives of its surge and sway velocity. `c`: the demanded velocity and its
-    derivatives, in the ship's frame. `sway_integral`: integral of e_v, m.
-    """
+    """The yaw acceleration that sets dS2 = -k2·sat(S2/phi2)."""
     (u_c, v_c), (a_x, a_y), (_, j_y) = c
     s, r, mu = g.ship, motion.r, g.ship.m11 / g.ship.m22
     e_v, de_v = motion.v - v_c, own.dv - a_y + r * u_c

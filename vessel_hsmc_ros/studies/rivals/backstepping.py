@@ -107,10 +107,7 @@ class Virtual(NamedTuple):
 
 @kernel
 def cross_weight(desired: Motion, acceleration: Acceleration, phase: float, g: Gains) -> tuple[float, float]:
-    """The weight k of the cross error and its rate; where it is bounded, its rate is zero.
-
-    `phase`: l3·t.
-    """
+    """The weight k of the cross error and its rate; where it is bounded, its rate is zero."""
     turning = desired.r * g.L
     k = g.l1 * (desired.u * desired.u + turning * turning) + g.l2 * math.sin(phase)
     dk = 2.0 * g.l1 * (desired.u * acceleration.du + turning * acceleration.dr * g.L) + g.l2 * g.l3 * math.cos(phase)
@@ -120,10 +117,7 @@ def cross_weight(desired: Motion, acceleration: Acceleration, phase: float, g: G
 
 @kernel
 def virtual_controls(motion: Motion, desired: Motion, acceleration: Acceleration, phase: float, g: Gains) -> Virtual:
-    """The surge velocity and the yaw rate that stabilise the kinematics.
-
-    `phase`: l3·t. Returns alpha_u and alpha_r.
-    """
+    """The surge velocity and the yaw rate that stabilise the kinematics. Returns alpha_u and alpha_r."""
     psi_e = wrap(motion.psi - desired.psi)
     e = rotated(motion.x - desired.x, motion.y - desired.y, -motion.psi)
     w = rotated(desired.u, desired.v, -psi_e)

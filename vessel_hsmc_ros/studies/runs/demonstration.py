@@ -12,15 +12,15 @@ from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
 from vessel_hsmc_ros.studies.runs import scenario_run
+from vessel_hsmc_ros.studies.runs.batch import run_all
 from vessel_hsmc_ros.studies.runs.scenario_run import DOMAIN, Progress, Result, free_domains
-from vessel_hsmc_ros.studies.runs.worker_pool import run_all
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.report.record import Record
 
 SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "hierarchical_printed", "guided")
-"""In the order of their colours in comparisons (`comparison_page.COLOURS`), so that a law has one colour in every figure."""
+"""In the order of their colours in comparisons (`comparison.COLOURS`), so that a law has one colour in every figure."""
 
 DURATION = 100.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
 CONVERGED = 0.5  # a law with a smaller rms position error over the last quarter of the run counts as converged, m
@@ -31,7 +31,7 @@ TITLES = {
     "guided": "The guided law",
 }
 CAUSES = {
-    "hierarchical_printed": "the sway and heading terms of its surface S1 cancel each other without vanishing (equation 46)",
+    "hierarchical_printed": "the sway and heading terms of its surface S1 cancel each other without vanishing (equation 46)"
 }
 """Why a law fails to converge, where the analysis in docs/paper.md explains it."""
 
@@ -46,11 +46,7 @@ class Task(NamedTuple):
 
 
 def run_laws(output: Path, progress: Progress, on_result: Callable[[Result], None]) -> RunFolder:
-    """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it.
-
-    `on_result`: called with the result of each run as soon as it has ended; what it raises ends the others. Raises RunError if
-    ROS is not installed, or other runs use the domains.
-    """
+    """Run the scenario under each law by the nodes: at the same time in ROS domains of their own, if there are cores for it."""
     with free_domains(len(LAWS)) as domains:
         parent = make_run_folder(output, "demo")
         folders = [RunFolder(parent.path / law) for law in LAWS]
@@ -80,10 +76,7 @@ class Comparison(NamedTuple):
 
 
 def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
-    """Write a page that overlays the runs of the demonstration.
-
-    Raises BagError if a bag cannot be read; ReportError if the page or a figure cannot be written.
-    """
+    """Write a page that overlays the runs of the demonstration."""
     from vessel_hsmc_ros.report.making import Options, read, write  # imports the libraries of reports
 
     records = read(bags)

@@ -45,21 +45,14 @@ class Result:
 
 
 def reserve_namespace(namespace: str, lockstep: bool = True) -> AbstractContextManager[None]:
-    """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock.
-
-    Raises RunError if ROS is not installed, or another run uses them.
-    """
+    """A context in which no other run on this machine uses the ROS domain and namespace; in lockstep, nor its /clock."""
     context: AbstractContextManager[None] = supervisor_module().exclusive(namespace, lockstep)
     return context
 
 
 @contextmanager
 def free_domains(count: int) -> Iterator[list[str]]:
-    """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones.
-
-    `count`: how many there are at most; at least there is one. Raises RunError if ROS is not installed, or there is no such
-    domain.
-    """
+    """A context with ROS domains where no other run on this machine takes place: that of ROS_DOMAIN_ID, or 0 and high ones."""
     module, given = supervisor_module(), os.environ.get(DOMAIN)
     # After the default the highest ones: people and test tools count upwards, and nodes that are started by hand reserve none.
     candidates = [given] if given else ["0", *(str(domain) for domain in range(LAST_DOMAIN, 0, -1))]
@@ -91,11 +84,8 @@ def run_nodes(
 ) -> Result:
     """Run a scenario by the real nodes over ROS 2 and record it.
 
-    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `namespace`:
-    namespace of the nodes, without leading and trailing slashes. `live_port`: port of the live view; None for no live view.
-    `requested_at`: time from which the start-up is measured, as of `time.time()`; the start of this process by default.
-    `composed`: whether all nodes share one process where they may. Returns the result; a failed run is a result with a nonzero
-    exit code. Raises RunError if ROS is not installed.
+    A run that fails or is interrupted ends at once: its bag is complete, but no page and no figures are made. `live_port`: port
+    of the live view; None for no live view. Returns the result; a failed run is a result with a nonzero exit code.
     """
     supervisor = supervisor_module()
     origin = origin_of(scenario, "lockstep" if scenario.controller.lockstep else "real time", namespace)
@@ -120,8 +110,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     """Run a scenario in this process, without ROS, and write a run folder with its bag.
 
     A run that fails or is interrupted is recorded up to there, but no page and no figures are made. Returns the result; a
-    failed run is a result with a nonzero exit code. Raises ScenarioError if the scenario has no duration; RunError if the run
-    folder cannot be created, or its parameters cannot be written.
+    failed run is a result with a nonzero exit code.
     """
     from vessel_hsmc_ros.simulation import offline  # a run of the nodes starts without it
 
@@ -187,11 +176,7 @@ def check_live_port(port: int) -> None:
 
 
 def supervisor_module() -> Any:
-    """Import the module that needs ROS.
-
-    Raises InstallationError if two installations of ROS would mix, or the messages are others; RunError if ROS is not
-    installed.
-    """
+    """Import the module that needs ROS."""
     check_ros()
     try:
         from vessel_hsmc_ros.nodes.runs import supervisor
@@ -255,10 +240,7 @@ def _process_start() -> float:
 
 @contextmanager
 def reserve_namespaces(fleet: Fleet) -> Iterator[None]:
-    """A context in which no other run on this machine uses a namespace of the fleet; in lockstep, nor its /clock.
-
-    Raises RunError if ROS is not installed, or another run uses them.
-    """
+    """A context in which no other run on this machine uses a namespace of the fleet; in lockstep, nor its /clock."""
     with ExitStack() as held:
         for number, namespace in enumerate(fleet.vessels):
             held.enter_context(reserve_namespace(namespace, fleet.lockstep and number == 0))

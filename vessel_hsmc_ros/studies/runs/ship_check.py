@@ -51,14 +51,7 @@ class ShipCheck(NamedTuple):
 
 
 def check_ship(scenario: Scenario) -> ShipCheck:
-    """Simulate a run straight ahead, a turning circle, and the scenario itself.
-
-    `scenario`: one with a circle as reference and limits of the propulsion, as `vessel-hsmc init` writes it.
-
-    Raises:
-        ParameterError: the propulsion has no limits.
-        SimulationError: the motion is no longer finite.
-    """
+    """Simulate a run straight ahead, a turning circle, and the scenario itself."""
     known, circle = scenario.controller.vessel, scenario.reference_ship.circle
     # The limits that the law knows: the paper's ship has no others.
     limits = {"surge_force_limit": known.surge_force_limit, "yaw_moment_limit": known.yaw_moment_limit}
@@ -85,10 +78,7 @@ def check_ship(scenario: Scenario) -> ShipCheck:
 
 
 def steady(scenario: Scenario, scale: Scale, yaw_moment: float) -> Run:
-    """A run in calm water under the full surge force and a constant yaw moment, until the motion is steady.
-
-    `yaw_moment`: N·m.
-    """
+    """A run in calm water under the full surge force and a constant yaw moment, until the motion is steady."""
     duration = max(40.0 * scale.T, 8.0 * scale.m11 * scale.U / scale.F)
     changes = CALM | {
         "controller.law": "open_loop",

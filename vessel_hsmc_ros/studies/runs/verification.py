@@ -67,12 +67,7 @@ class Verification:
 
 
 def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verification:
-    """Recompute every command of a recorded lockstep run.
-
-    `bag`: a bag with `odom`, `reference` and `cmd_wrench`. `scenario`: the bag's own scenario, or a modified one to see the
-    difference. Raises BagError if the bag lacks a topic, or was recorded in real time; ControlError if the law is not defined for
-    a recorded input.
-    """
+    """Recompute every command of a recorded lockstep run."""
     if not scenario.controller.lockstep:
         raise BagError(
             f"bag {bag.path} is of a real-time run: only bags of lockstep runs can be verified,"
@@ -204,11 +199,7 @@ class Rerun:
 
 
 def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output: Path) -> Rerun:
-    """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted.
-
-    `changes`: values by `node.parameter`. Raises ScenarioError if the bag has no scenario, or the change contradicts it;
-    ParameterError if a parameter is unknown or out of range; BagError if the bag lacks a topic that every run has.
-    """
+    """Run a bag's scenario offline with changed parameters, for as long as the recorded run lasted."""
     from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
 
     check_writable(output)

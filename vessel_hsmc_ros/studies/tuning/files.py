@@ -16,8 +16,7 @@ from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import METRICS, label, text
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.run_folder import provenance
-from vessel_hsmc_ros.studies.tuning.gains import NODE, Gain
-from vessel_hsmc_ros.studies.tuning.plan import LAW, PENALTY, Case, Cost, Evaluation
+from vessel_hsmc_ros.studies.tuning.plan import LAW, NODE, PENALTY, Case, Cost, Evaluation, Gain
 from vessel_hsmc_ros.studies.tuning.result import Result, verdict
 
 if TYPE_CHECKING:
@@ -27,10 +26,7 @@ BEST = "best.yaml"
 
 
 def write(folder: Path, result: Result) -> dict[str, Path]:
-    """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write best.yaml, trials.csv, tune.json, two pictures and the page; returns their paths by kind."""
     names = {
         "gains": BEST,
         "page": "tune.html",

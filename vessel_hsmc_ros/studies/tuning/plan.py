@@ -1,4 +1,4 @@
-"""What a tuning consists of: cases, gains and objective; and the evaluation of one set of gains.
+"""What a tuning consists of: gains, cases and objective; and the evaluation of one set of gains.
 
 The cases are the runs on which every set of gains is evaluated: a scenario, the rows of a suite, or the draws of a campaign.
 Their seeds are those of the files, so all sets of gains meet the same noise: common random numbers. Held-out runs have other
@@ -16,8 +16,10 @@ or with the worst ratio, max(q_i), instead of the geometric mean.
 """
 
 import hashlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,13 +32,125 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.core.schema import Entry
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
-from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, scenario_names
+from vessel_hsmc_ros.scenario.parameters import controller_parameters
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, make_law, scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.plan_file import campaign_names
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, campaign_names
 from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
-from vessel_hsmc_ros.studies.tuning.gains import NODE, Gain, with_gains
+
+FORM = "controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
+
+NODE, SHARED = "controller.", "observer."
+"""All gains are parameters of the controller: those of its law, and of the observer, which every law can have."""
+
+HALF_DECADE = math.sqrt(10.0)
+"""Without a range, a gain is searched from its present value divided by this factor to its present value times this factor."""
+
+
+class Gain(NamedTuple):
+    """A gain with its range."""
+
+    parameter: str  # its name, as `controller.law.name`
+    # low, high: the range, inclusive
+    low: float
+    high: float
+    logarithmic: bool  # whether it is searched on a logarithmic scale
+    whole: bool = False  # whether it takes integers only
+    unit: str = ""  # its unit; empty for none
+
+    @property
+    def name(self) -> str:
+        """The last part of its name."""
+        return self.parameter.rpartition(".")[2]
+
+    def at(self, share: float) -> float:
+        """The value at a share of the range from 0 to 1, on its scale."""
+        value = self.low * (self.high / self.low) ** share if self.logarithmic else self.low + share * (self.high - self.low)
+        return round(value) if self.whole else min(max(value, self.low), self.high)
+
+
+def parse_gains(texts: Sequence[str], law: str, present: Scenario) -> list[Gain]:
+    """Parse and check the gains of a tuning."""
+    values = schema.flatten(present.controller)
+    entries = schema.entries(controller_parameters())
+    gains: dict[str, Gain] = {}
+    for text in texts:
+        name, equals, span = (part.strip() for part in text.partition("="))
+        for parameter in _matching(name, law, entries, values) if "*" in name and not equals else [name]:
+            entry = _declared(parameter, law, entries)
+            if parameter in gains and "*" not in name:
+                raise ParameterError(f"--gain must be given once for each gain (got {text}, and {parameter} before)")
+            present_value = values[entry.name]
+            gain = _in_range(entry, text, span) if equals else _around(entry, present_value)
+            gains.setdefault(parameter, gain)
+    return list(gains.values())
+
+
+def _matching(pattern: str, law: str, entries: Mapping[str, Entry], values: Mapping[str, Any]) -> list[str]:
+    """The gains of the law that match a pattern; those that are 0 have no range around their value."""
+    own = [name for name, entry in entries.items() if name.startswith(f"{law}.") and entry.type is float and values[name]]
+    if found := [NODE + name for name in own if fnmatchcase(NODE + name, pattern)]:
+        return found
+    raise ParameterError(f"--gain must match one of {', '.join(NODE + name for name in own)} (got {pattern})")
+
+
+def _declared(parameter: str, law: str, entries: Mapping[str, Entry]) -> Entry:
+    """The declaration of a gain of a law."""
+    name = parameter.removeprefix(NODE)
+    mine = [known for known in entries if known.startswith((f"{law}.", SHARED))]
+    if name in mine and parameter.startswith(NODE):
+        if entries[name].type in (int, float):
+            return entries[name]
+        raise ParameterError(f"--gain must be a number, and {parameter} is {entries[name].allowed}")
+    if name in entries and parameter.startswith(NODE):
+        raise ParameterError(f"--gain must be one of {law}, the law to tune (got {parameter})")
+    hint = schema.suggestion(parameter, [NODE + known for known in mine])
+    raise ParameterError(f"--gain {parameter} is not a gain of {law}: {hint}")
+
+
+def _in_range(entry: Entry, text: str, span: str) -> Gain:
+    """A gain with a given range."""
+    parts = span.split(":")
+    logarithmic = parts[2:] == ["log"]
+    try:
+        low, high = (entry.type(part) for part in parts[:2])
+    except ValueError:
+        raise ParameterError(f"--gain must be {FORM} (got {text})") from None
+    if parts[2:] and not logarithmic:
+        raise ParameterError(f"--gain must be {FORM} (got {text})")
+    for value in (low, high):  # names the value and the declared range
+        schema.check(entry, value, NODE.removesuffix("."))
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ParameterError(f"--gain must have low below high, both finite (got {text})")
+    if logarithmic and not low > 0.0:
+        raise ParameterError(f"--gain with log must have low above 0 (got {text})")
+    return Gain(NODE + entry.name, low, high, logarithmic, entry.type is int, entry.unit)
+
+
+def _around(entry: Entry, value: Any) -> Gain:
+    """A gain with a range of one decade around its present value, as far as that is inside the declared range."""
+    parameter = NODE + entry.name
+    if not (math.isfinite(value) and value > 0.0):
+        raise ParameterError(f"--gain {parameter} needs a range: there is no decade around {value:g}; {FORM}")
+    low, high = value / HALF_DECADE, value * HALF_DECADE
+    if entry.low is not None:
+        low = max(low, entry.low)
+    if entry.high is not None:
+        high = min(high, entry.high)
+    if entry.type is int:
+        low, high = max(1, math.floor(low)), math.ceil(high)
+    return Gain(parameter, low, high, True, entry.type is int, entry.unit)
+
+
+def with_gains(scenario: Scenario, values: Mapping[str, object]) -> Scenario:
+    """The same scenario with other parameters of its controller."""
+    changed = {name.removeprefix(NODE): value for name, value in values.items()}
+    controller = schema.build(controller_parameters(), schema.flatten(scenario.controller) | changed, "controller")
+    make_law(controller)  # constructed only to check what single parameters cannot show
+    return replace(scenario, controller=controller, given=scenario.given | set(values))
+
 
 LAW = "controller.law"
 
@@ -55,12 +169,7 @@ class Case:
 
 
 def load_cases(source: str, changes: Mapping[str, object], law: str = "") -> list[Case]:
-    """The runs of a scenario, a suite or a campaign.
-
-    `source`: the name of a scenario or of a suite, or the path of a scenario, suite or campaign file. Raises ScenarioError if
-    there is no such scenario, suite or campaign, or it cannot be read; ParameterError if a parameter is unknown or out of
-    range.
-    """
+    """The runs of a scenario, a suite or a campaign."""
     changes = {**changes, **({LAW: law} if law else {})}
     kind = _kind(source)
     if kind == "campaign":
@@ -96,10 +205,7 @@ def _kind(source: str) -> str:
 
 
 def held_out_cases(source: str, changes: Mapping[str, object], law: str, others: bool) -> list[Case]:
-    """Runs to evaluate a tuning on, which its search has not seen.
-
-    `others`: whether the source is another one than that of the tuning; else its runs have other seeds, a campaign other draws.
-    """
+    """Runs to evaluate a tuning on, which its search has not seen."""
     if not others and _kind(source) == "campaign":
         campaign = Campaign.load(source)
         return _of_campaign(replace(campaign, seed=campaign.seed + SEED_STEP), {**changes, LAW: law})
@@ -162,11 +268,7 @@ class Objective:
         return np.array([[_value(outcome, name) for name in (self.metric, self.second)] for outcome in outcomes], np.float64)
 
     def check(self, values: Array, failures: Sequence[str]) -> None:
-        """Check that there is something to minimise.
-
-        `values`: the metrics of all runs, (n, 2). Raises ParameterError if no run has a value of a metric, although none
-        failed: a limit that it refers to is not set.
-        """
+        """Check that there is something to minimise. `values`: the metrics of all runs, (n, 2)."""
         for name, column in zip((self.metric, self.second), values.T, strict=True):
             if name != SETTLING and np.isnan(column).all() and not any(failures):
                 raise ParameterError(f"metric {name} has no value in any run: the scenario sets no limit that it refers to")
@@ -191,10 +293,7 @@ class Objective:
 
 
 def chosen_objective(metric: str = ERROR, second_metric: str | None = None, aggregate: str = AGGREGATES[0]) -> Objective:
-    """The objective by the names of the command line; without a second metric the effort is only evaluated.
-
-    Raises ParameterError if there is no metric of that name, or both are the same.
-    """
+    """The objective by the names of the command line; without a second metric the effort is only evaluated."""
     second = next(name for name in EFFORTS if name != metric) if second_metric is None else second_metric
     return Objective(metric, second, second_metric is not None, aggregate)
 
@@ -266,10 +365,7 @@ class Tuning:
         }
 
     def scenarios(self, gains: Mapping[str, float]) -> list[Scenario]:
-        """The scenarios of all cases with other gains.
-
-        Raises InstabilityError if a gain is unstable at the rate of the law; ParameterError if a gain does not fit another one.
-        """
+        """The scenarios of all cases with other gains."""
         return [with_gains(case.scenario, gains) for case in self.cases]
 
     def evaluate(self, cases: Sequence[Case], gains: Mapping[str, float], scales: Array | None = None) -> Evaluation:

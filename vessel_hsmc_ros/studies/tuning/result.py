@@ -30,8 +30,7 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.report.tables import label, text
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.runs.batch import Outcome
-from vessel_hsmc_ros.studies.tuning.gains import Gain
-from vessel_hsmc_ros.studies.tuning.plan import FLOOR, Case, Cost, Evaluation, Tuning
+from vessel_hsmc_ros.studies.tuning.plan import FLOOR, Case, Cost, Evaluation, Gain, Tuning
 
 RUNS_OF_A_BATCH = 4  # as many trials are proposed together as have at least this number of runs, which keeps several cores busy
 FIRST = 10  # number of trials that do not depend on others
@@ -56,10 +55,7 @@ class Search:
     scales: Array  # the scales of the metrics of all cases, (n, 2)
 
     def run(self, trials: int, report: Callable[[float, Sequence[Trial]], None]) -> list[Trial]:
-        """Evaluate trials until there are so many, those recorded before included.
-
-        `report`: called with the number of evaluated trials, in fractions, and those that are complete.
-        """
+        """Evaluate trials until there are so many, those recorded before included."""
         while True:
             done = self.done()
             report(len(done), done)
@@ -161,12 +157,7 @@ DEFINITION = "definition"  # the attribute of the study that describes the tunin
 
 @contextmanager
 def open_study(folder: Path, objectives: int, definition: Mapping[str, Any]) -> Iterator[optuna.Study]:
-    """Open the study in a folder, or begin one; no other process can open it meanwhile.
-
-    `folder`: an existing folder; the study is in its file journal.log. `definition`: what defines the tuning, in JSON types.
-    Raises RunError if another process tunes in this folder, or the journal cannot be written; ScenarioError if the journal is
-    not one, or belongs to another tuning.
-    """
+    """Open the study in a folder, or begin one; no other process can open it meanwhile."""
     path = folder / "journal.log"
     try:
         with (folder / "lock").open("w") as lock:
@@ -256,13 +247,7 @@ class Result:
 
 
 def tune(tuning: Tuning, folder: Path, trials: int, held_out: Sequence[Case], report: Report) -> Result:
-    """Search the gains with the smallest cost; what a folder already contains is continued.
-
-    `trials`: the number of trials, with those that the folder contains. `report`: called with the number of evaluated trials,
-    in fractions, and a note on the best so far. Raises ParameterError if no trial has completed, or no run has a value of a
-    metric; ScenarioError if the folder belongs to another tuning; RunError if another process is tuning in the folder, or it
-    cannot be written.
-    """
+    """Search the gains with the smallest cost; what a folder already contains is continued."""
     with open_study(folder, 1 + tuning.objective.two, tuning.definition()) as study:
         present = tuning.evaluate(tuning.cases, {})
         tuning.objective.check(present.values, present.failures)
@@ -285,10 +270,7 @@ def _note(trials: Sequence[Trial], present: Cost) -> str:
 
 
 def front_of(trials: Sequence[Trial]) -> list[Trial]:
-    """The trials that no other one beats in both cost and effort, in the order of their cost.
-
-    Raises ParameterError if no trial has completed.
-    """
+    """The trials that no other one beats in both cost and effort, in the order of their cost."""
     completed = sorted((trial for trial in trials if trial.cost is not None), key=_cost)
     if not completed:
         raise ParameterError(f"no trial of {len(trials)} has completed; the last one: {trials[-1].reason}")

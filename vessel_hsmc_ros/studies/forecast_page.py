@@ -15,8 +15,7 @@ from vessel_hsmc_ros.guidance.planned_track import ComplexArray, outline
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.style import INK, LIMIT, NEUTRAL, PLANNED, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.scenario.run_folder import provenance
-from vessel_hsmc_ros.studies.forecast.draws import Conditions
-from vessel_hsmc_ros.studies.forecast.forecast import QUANTILES, Forecast, band, summary
+from vessel_hsmc_ros.studies.forecast import QUANTILES, Conditions, Forecast, band, summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,10 +66,7 @@ def table(found: Forecast) -> tuple[list[str], list[list[str]]]:
 
 
 def write(folder: Path, found: Forecast) -> dict[str, Path]:
-    """Write forecast.html, forecast.json and forecast.png into an existing folder; returns their paths by kind.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write forecast.html, forecast.json and forecast.png into an existing folder; returns their paths by kind."""
     files = {"page": folder / "forecast.html", "picture": folder / "forecast.png", "numbers": folder / "forecast.json"}
     tracks, bars = BytesIO(), BytesIO()
     draw_tracks(found, tracks)

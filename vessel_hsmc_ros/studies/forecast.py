@@ -1,4 +1,12 @@
-"""Many runs of one mission in conditions that are drawn about those of today: what it takes, and how often it fails."""
+"""Many runs of one mission in conditions drawn about those of today: what it takes, and how often it fails.
+
+| symbol | meaning | unit |
+|---|---|---|
+| V, F | mean speed of the wind, its mean force by the rule of `init`, F = rho/2·c·A·V² | m/s, N |
+| I | turbulence intensity, standard deviation of the wind's speed over V | - |
+
+The gusts of the plant are a force: their standard deviation is dF/dV·I·V = 2·I·F.
+"""
 
 import math
 from collections import Counter
@@ -13,6 +21,7 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import NO_LEG, TrackErrors
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import FIXED
 from vessel_hsmc_ros.guidance.factory import track_of
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
@@ -20,12 +29,118 @@ from vessel_hsmc_ros.plant.hull_parameters import EFFICIENCY, electric_power
 from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.scenario.own_ship import MARGIN
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.scenario.ship_rules import scale_of
+from vessel_hsmc_ros.scenario.ship_rules import loads, scale_of
 from vessel_hsmc_ros.simulation.compile import ensure_compiled, is_compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.forecast.draws import Conditions, drawn, mean_changes
-from vessel_hsmc_ros.studies.forecast.legs import Leg, infeasible_legs, legs_of
-from vessel_hsmc_ros.studies.runs import worker_pool
+from vessel_hsmc_ros.studies.feasibility import Leg, infeasible_legs, legs_of
+from vessel_hsmc_ros.studies.runs import batch
+
+WIND_SPEED, WIND_DIRECTION = 0.25, math.radians(20.0)
+"""Standard deviations of the mean wind, relative and rad: a forecast of the same day misses the wind measured at 10 m by 1.5 m/s
+(rms) at mean speeds of 5 to 6 m/s, and by some 20°."""
+
+TURBULENCE = 0.08, 0.2  # range of I: 0.1 to 0.12 over open water, up to 0.2 under a coast
+WIND_FORCE = 0.25  # of the logarithm of the force for a wind: the rule for area and coefficient is one of thumb
+CURRENT_SPEED, CURRENT_DIRECTION = 0.2, math.radians(15.0)
+"""Standard deviations of the current, relative and rad: models of tidal currents are accepted where nine of ten directions are
+within 22.5°."""
+
+INERTIA, DAMPING = 0.1, 0.2  # of the logarithms: twice the first is the 20 % within which a boat file needs its inertias
+AXES = ("surge", "sway", "yaw")
+REDRAWS = 100  # attempts to draw a hull whose damping takes energy from it at every motion
+WIND, CURRENT = "vessel_sim.disturbance.earth_fixed", "vessel_sim.disturbance.current"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Mean wind and current of the day; directions clockwise from north."""
+
+    wind: float = parameter(0.0, "Mean wind speed.", unit="m/s", low=0.0, high=60.0)
+    wind_from: float = parameter(0.0, "Where the wind comes from, clockwise from north.", unit="degrees", low=0.0, high=360.0)
+    current: float = parameter(0.0, "Speed of the current.", unit="m/s", low=0.0, high=10.0)
+    current_to: float = parameter(0.0, "Where the current flows to, clockwise from north.", unit="degrees", low=0.0, high=360.0)
+
+    @property
+    def wind_towards(self) -> complex:
+        """Unit vector of the wind, east + i·north."""
+        return _towards(self.wind_from + 180.0)
+
+    @property
+    def current_towards(self) -> complex:
+        """Unit vector of the current, east + i·north."""
+        return _towards(self.current_to)
+
+
+def conditions_of(scenario: Scenario) -> Conditions:
+    """The mean wind and the current of a scenario, the wind from its force by the rule of `init`."""
+    disturbance = scenario.vessel_sim.disturbance
+    force = complex(disturbance.earth_fixed.east_force, disturbance.earth_fixed.north_force)
+    current = complex(disturbance.current.east, disturbance.current.north)
+    factor = loads(scenario.vessel_sim.vessel.length, 1.0)["wind_force"]
+    return Conditions(math.sqrt(abs(force) / factor), _compass(-force), abs(current), _compass(current))
+
+
+def mean_changes(conditions: Conditions, length: float) -> dict[str, object]:
+    """The changes to a scenario that give it the conditions without gusts; the length of the hull in m."""
+    force = loads(length, conditions.wind)["wind_force"] * conditions.wind_towards
+    return _environment(force, 0.0, conditions.current * conditions.current_towards)
+
+
+def drawn(scenario: Scenario, conditions: Conditions, seed: int, number: int) -> Scenario:
+    """The scenario of a run."""
+    for attempt in range(REDRAWS):
+        try:
+            return scenario.changed(_changes(scenario, conditions, np.random.default_rng((seed, number, attempt))))
+        except ParameterError as error:
+            reason = error
+    raise ParameterError(f"no hull near the declared one is allowed: {reason}")
+
+
+def _changes(scenario: Scenario, conditions: Conditions, random: np.random.Generator) -> dict[str, object]:
+    normal = random.standard_normal(5)
+    wind = conditions.wind * max(0.0, 1.0 + WIND_SPEED * normal[0])
+    force = loads(scenario.vessel_sim.vessel.length, wind)["wind_force"] * math.exp(WIND_FORCE * normal[1])
+    towards = conditions.wind_towards * np.exp(1j * WIND_DIRECTION * normal[2])
+    current = conditions.current * max(0.0, 1.0 + CURRENT_SPEED * normal[3])
+    flow = conditions.current_towards * np.exp(1j * CURRENT_DIRECTION * normal[4])
+    gusts = 2.0 * random.uniform(*TURBULENCE) * force
+    hull = _hull(scenario, random)
+    return {
+        **_environment(force * towards, gusts, current * flow),
+        **hull,
+        "vessel_sim.seed": int(random.integers(2**31)),
+    }
+
+
+def _hull(scenario: Scenario, random: np.random.Generator) -> dict[str, object]:
+    """The hull data of the plant: one factor for each inertia, and one for all damping of an axis by its own velocity."""
+    vessel = scenario.vessel_sim.vessel
+    changes: dict[str, object] = {}
+    for axis in AXES:
+        inertia, damping = np.exp(random.standard_normal(2) * (INERTIA, DAMPING)).tolist()
+        names = {f"{axis}_inertia": inertia, **{f"{axis}_damping{order}": damping for order in ("", "_quadratic", "_cubic")}}
+        changes |= {f"vessel_sim.vessel.{name}": factor * getattr(vessel, name) for name, factor in names.items()}
+    return changes
+
+
+def _environment(force: complex, gusts: float, current: complex) -> dict[str, object]:
+    return {
+        f"{WIND}.east_force": float(force.real),
+        f"{WIND}.north_force": float(force.imag),
+        f"{WIND}.gust_deviation": float(gusts),
+        f"{CURRENT}.east": float(current.real),
+        f"{CURRENT}.north": float(current.imag),
+    }
+
+
+def _towards(degrees: float) -> complex:
+    angle = math.radians(90.0 - degrees)
+    return complex(math.cos(angle), math.sin(angle))
+
+
+def _compass(way: complex) -> float:
+    return math.degrees(math.atan2(way.real, way.imag)) % 360.0
+
 
 QUANTILES = (0.05, 0.5, 0.95)
 MAX_FAILED = 0.05  # share of failed runs above which the mission is not to be sailed
@@ -132,11 +247,7 @@ def band(values: Array) -> Array:
 
 
 def plan_of(scenario: Scenario, conditions: Conditions, corridor: float | None = None) -> Plan:
-    """Plan a mission.
-
-    `scenario`: the vessel with a path or a survey. `corridor`: largest allowed distance from the path, m; None for two lengths.
-    Raises ScenarioError if it has no planned track; ParameterError if its propulsion has no limits, or the corridor no width.
-    """
+    """Plan a mission. `corridor`: largest allowed distance from the path, m; None for two lengths."""
     ship, vessel = scenario.reference_ship, scenario.vessel_sim.vessel
     width = CORRIDOR * vessel.length if corridor is None else corridor
     if not 0.0 < width < math.inf:
@@ -158,11 +269,7 @@ def why_infeasible(plan: Plan) -> list[str]:
 def forecast(
     plan: Plan, runs: int, seed: int, workers: int | None = None, on_progress: Callable[[int], None] | None = None
 ) -> Forecast:
-    """Simulate a mission many times; the number of workers does not change the results.
-
-    `on_progress`: called with the number of runs that are done. Raises ParameterError if no drawn hull is allowed; RunError if a
-    worker process was killed.
-    """
+    """Simulate a mission many times; the number of workers does not change the results."""
     done: list[Sailed] = []
 
     def note(result: Sailed) -> None:
@@ -174,11 +281,11 @@ def forecast(
     tasks = (Task(plan, seed, number) for number in range(runs))
     # Machine code runs without the lock of the interpreter; a reference that waits for its vessel is interpreted.
     threads = is_compiled(plan.scenario) and not plan.track.waits
-    worker_pool.stream(sail, tasks, workers=workers, threads=threads, on_result=note)
+    batch.stream(sail, tasks, workers=workers, threads=threads, on_result=note)
     return Forecast(plan, seed, tuple(sorted(done, key=lambda one: one.number)))
 
 
-def sail(task: Task, progress: worker_pool.Progress) -> Sailed:
+def sail(task: Task, progress: batch.Progress) -> Sailed:
     """Draw, simulate and evaluate a run; one that fails is a result, not an error."""
     plan = task.plan
     scenario = drawn(plan.scenario, plan.conditions, task.seed, task.number)

@@ -68,11 +68,7 @@ def _actuators(scenario: Scenario) -> tuple[tuple[float, float], tuple[float, fl
 
 
 def study(scenario: Scenario) -> Study:
-    """Linearise the law of a scenario on its ship, and compute what the reference needs.
-
-    Raises ParameterError if the law is not compiled, a gain or the reference is not allowed; SimulationError if the motion of
-    the reference is no longer finite.
-    """
+    """Linearise the law of a scenario on its ship, and compute what the reference needs."""
     count = int(min(scenario.vessel_sim.duration or MAX_DURATION, MAX_DURATION) * RATE_HZ)
     motion = trajectory(scenario.reference_ship, RATE_HZ, max(count, 3))
     mean = float(np.mean(np.hypot(motion[:, 3], motion[:, 4])[len(motion) // 2 :]))
@@ -132,10 +128,7 @@ def shortcomings(scenario: Scenario, found: Study) -> list[str]:
 
 
 def _too_slow(name: str, unit: str, need: Need, limit: float, rate: float, loop: Margins) -> list[str]:
-    """In what an input is too weak or too slow for the reference.
-
-    `limit`, `rate`: its largest magnitude and rate of change.
-    """
+    """In what an input is too weak or too slow for the reference."""
     lines = []
     if need.size > limit:
         lines.append(f"a {name} of {quantity(need.size, unit)}, but the limit is {quantity(limit, unit)}")

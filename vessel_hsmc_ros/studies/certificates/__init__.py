@@ -1,1 +1,0 @@
-"""What is proven of a law: bounds of its error, margins."""

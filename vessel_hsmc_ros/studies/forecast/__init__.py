@@ -1,1 +1,0 @@
-"""Forecasts: whether a vessel can do a mission in today's wind and current, and what it takes."""
