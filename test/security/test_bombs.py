@@ -8,9 +8,8 @@ import pytest
 import yaml
 from hypothesis import given
 
-from vessel_hsmc_ros.bags.cdr_columns import read_definition
-from vessel_hsmc_ros.bags.mcap_layout import message_offsets
-from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
+from vessel_hsmc_ros.bags.mcap_contents import message_offsets
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder, read_definition
 from vessel_hsmc_ros.core.exceptions import BagError, VesselHsmcError
 from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 

@@ -17,15 +17,16 @@ from typing import Any, NamedTuple
 import zstandard
 from mcap.opcode import Opcode
 
-from vessel_hsmc_ros.bags.mcap_contents import Contents, chunk_bytes, read_contents
-from vessel_hsmc_ros.bags.mcap_layout import (
-    LARGEST_CHUNK,
+from vessel_hsmc_ros.bags.mcap_contents import (
     MESSAGE_FIELDS,
     MESSAGE_HEADER,
     RECORD_HEADER,
+    Contents,
+    chunk_bytes,
     chunk_records,
     file_records,
     message_offsets,
+    read_contents,
 )
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, bag_information
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning, NoBagError
@@ -76,8 +77,7 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
             if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
                 continue
             _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
-            # The limit takes effect if the frame does not declare its size.
-            data = decompressor.decompress(records[start + MESSAGE_HEADER.size : end], max_output_size=LARGEST_CHUNK)
+            data = decompressor.decompressobj().decompress(records[start + MESSAGE_HEADER.size : end])
             parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
     except struct.error:
         raise BagError(f"{path} is damaged: a record of a chunk is cut off") from None

@@ -6,11 +6,9 @@ from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 
-from vessel_hsmc_ros.bags.crash_safe_file import is_being_written
 from vessel_hsmc_ros.bags.files import bag_files
-from vessel_hsmc_ros.bags.mcap_contents import Contents, read_contents, scan
-from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE, RECORD_HEADER
-from vessel_hsmc_ros.bags.mcap_writer import ending_of
+from vessel_hsmc_ros.bags.mcap_contents import FIRST_PRIVATE, RECORD_HEADER, Contents, read_contents, scan
+from vessel_hsmc_ros.bags.mcap_writer import ending_of, is_being_written
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, bag_information, metadata, offered_qos, write_metadata
 from vessel_hsmc_ros.bags.writer import RECORDING
 from vessel_hsmc_ros.core.exceptions import BagError

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from vessel_hsmc_ros.bags.cdr_columns import MessageType
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.control.safety.reasons import Operation
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
@@ -49,7 +49,7 @@ class MessageEncoder:
         self._given = {**texts, **{name: np.zeros(length) for name, length in lengths.items()}}
         message = bytes(self._store.serialize_cdr(self._empty(kind, ""), kind))
         self._template = np.frombuffer(message, np.uint8)
-        self.fields = MessageType(kind, definition).layout(message).fields
+        self.fields = MessageDecoder(kind, kind, definition).layout(message).fields
         self.type_hash: str = self._store.hash_rihs01(kind)
 
     def encode(self, columns: Mapping[str, Array]) -> list[bytes]:
