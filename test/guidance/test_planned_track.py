@@ -10,8 +10,7 @@ from vessel_hsmc_ros.core.track_errors import NO_LEG, missed, per_leg, summarise
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, track_of
 from vessel_hsmc_ros.guidance.planned_track import leg_count, passed, replaced, stretches_of, track_errors
 from vessel_hsmc_ros.report import page
-from vessel_hsmc_ros.report.record import Record, measured, planned
-from vessel_hsmc_ros.report.verdict import with_verdict
+from vessel_hsmc_ros.report.record import Record, measured, planned, with_verdict
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import Row, judge
 from vessel_hsmc_ros.simulation.offline import simulate

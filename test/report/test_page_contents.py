@@ -15,9 +15,8 @@ from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.track_errors import TrackErrors
 from vessel_hsmc_ros.report import Record, figures, making, page
 from vessel_hsmc_ros.report.making import Options
-from vessel_hsmc_ros.report.overlay import Plan, fences, overlays, plans, stops
 from vessel_hsmc_ros.report.page_kit import TRACK_POINTS, Payload
-from vessel_hsmc_ros.report.panels import Line, Panel
+from vessel_hsmc_ros.report.panels import Line, Panel, Plan, fences, overlays, plans, stops
 from vessel_hsmc_ros.report.record import Limit, planned
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -183,7 +182,7 @@ def test_panels_of_unlike_runs_are_merged_group_by_group_with_all_limits(monkeyp
         last = Panel("Early", "q", "N", (line, Line("y", time, values)))
         return [first, last] if made.name == "one" else [last, Panel("Late", "r", "N", (line,)), first]
 
-    monkeypatch.setattr("vessel_hsmc_ros.report.overlay.panels", panels)
+    monkeypatch.setattr("vessel_hsmc_ros.report.panels.panels", panels)
     found = overlays([spiral("one", 0.0, 5.0, 0.0), spiral("three", 0.0, 5.0, 1.0)])
     assert [(each.panel.group, each.panel.title) for each in found] == [("Late", "p"), ("Late", "r"), ("Early", "q")]
     assert found[0].panel.limits == (Limit(3.0, "one"), Limit(5.0, "three"))

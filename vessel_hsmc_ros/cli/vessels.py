@@ -8,7 +8,19 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_line, print_table
 from vessel_hsmc_ros.cli.options import json_option, print_json
-from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel
+from vessel_hsmc_ros.scenario.vessels import (
+    COMPARED,
+    HEAD,
+    LibraryVessel,
+    comparison,
+    details,
+    overview,
+    published_vessels,
+    read_vessel,
+)
+from vessel_hsmc_ros.scenario.vessels import (
+    markdown as tables_in_markdown,
+)
 
 USE = "vessel-hsmc vessels NAME shows one of them; `vessel: NAME` in a scenario or --set vessel=NAME uses it (docs/vessels.md)"
 
@@ -23,16 +35,14 @@ def vessels(name: str | None, markdown: bool, as_json: bool) -> None:
     Speeds and turns are computed from the hull data. The column `verified` counts the published values that agree with them,
     `open` the published values that could not be checked.
     """
-    from vessel_hsmc_ros.scenario import vessel_figures  # imports SciPy
-
     if as_json:
-        print_json(_content(read_vessel(name)) if name else [_content(each) for each in vessel_figures.published_vessels()])
+        print_json(_content(read_vessel(name)) if name else [_content(each) for each in published_vessels()])
     elif name:
         _show(read_vessel(name))
     elif markdown:
-        print_line(vessel_figures.markdown())
+        print_line(tables_in_markdown())
     else:
-        print_table(vessel_figures.HEAD, vessel_figures.overview(vessel_figures.published_vessels()), text_columns=3)
+        print_table(HEAD, overview(published_vessels()), text_columns=3)
         print_line(USE)
 
 
@@ -45,14 +55,12 @@ def _content(vessel: LibraryVessel) -> dict[str, Any]:
 
 
 def _show(vessel: LibraryVessel) -> None:
-    from vessel_hsmc_ros.scenario import vessel_figures
-
     print_line(f"{vessel.name}: {vessel.description}".rstrip(": "))
     for key, text in vessel.source.items():
         print_line(f"{key}: {text}")
-    print_table(["", "", ""], vessel_figures.details(vessel), text_columns=3)
+    print_table(["", "", ""], details(vessel), text_columns=3)
     if vessel.published:
-        print_table(vessel_figures.COMPARED, vessel_figures.comparison([vessel]), title="beside the source", text_columns=2)
+        print_table(COMPARED, comparison([vessel]), title="beside the source", text_columns=2)
     _list("verified", vessel.verified)
     _list("not verified", vessel.unverified)
 

@@ -15,10 +15,9 @@ from nav_msgs.msg import Path
 from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged, same
 from vessel_hsmc_ros.guidance.scheduled import NONE, Point
-from vessel_hsmc_ros.messages.conversions import time_message
-from vessel_hsmc_ros.messages.goals import read_goal, read_path
+from vessel_hsmc_ros.messages.conversions import read_goal, read_path, time_message
 from vessel_hsmc_ros.messages.topics import DATUM
-from vessel_hsmc_ros.scenario.action_parameters import OWNER
+from vessel_hsmc_ros.scenario.parameter_groups import OWNER
 
 MAX_WAYPOINTS = 20_000  # of one goal, with its loops
 

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
 from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.nodes.reporting import ERROR, MINUTE, OK, WARN, DiagnosticTask, Recent, bounded, counted, saturation
-from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
+from vessel_hsmc_ros.scenario.parameter_groups import DiagnosticsParameters
 
 SPAN = 5.0  # time over which the scatter of the control period is evaluated, s
 CONDITION_LIMIT = 1e12  # condition of the correlation matrix of the observer above which its numbers lose their meaning

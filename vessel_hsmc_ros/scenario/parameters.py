@@ -18,8 +18,9 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters
 from vessel_hsmc_ros.plant.simulator import PlantParameters
-from vessel_hsmc_ros.scenario.action_parameters import OWNER, ActionParameters
-from vessel_hsmc_ros.scenario.common_parameters import (
+from vessel_hsmc_ros.scenario.parameter_groups import (
+    OWNER,
+    ActionParameters,
     BlackBoxParameters,
     ClockParameters,
     CommonParameters,
@@ -29,9 +30,9 @@ from vessel_hsmc_ros.scenario.common_parameters import (
     transform,
     world_frames,
 )
-from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
-from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
-from vessel_hsmc_ros.scenario.watcher_parameters import RecorderParameters as RecorderParameters
+from vessel_hsmc_ros.scenario.parameter_groups import LiveParameters as LiveParameters
+from vessel_hsmc_ros.scenario.parameter_groups import MarkerParameters as MarkerParameters
+from vessel_hsmc_ros.scenario.parameter_groups import RecorderParameters as RecorderParameters
 
 
 @dataclass(frozen=True)

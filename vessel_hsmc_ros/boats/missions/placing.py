@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, Pair
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.geodesy import Plane, exchanged
-from vessel_hsmc_ros.messages.goals import FARTHEST
+from vessel_hsmc_ros.messages.conversions import FARTHEST
 
 NULL_ISLAND = 1e-6
 """Latitude and longitude, degrees, that are both smaller are those of a receiver without a fix, or of an empty field."""

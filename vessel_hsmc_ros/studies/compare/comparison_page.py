@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.quantities import quantity, scaled
+from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
 from vessel_hsmc_ros.scenario.suite import Row
 from vessel_hsmc_ros.studies.compare.comparison import LawMetrics, LawRun

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.report.diagrams import spans
+from vessel_hsmc_ros.report.diagrams import LIMIT, NEUTRAL, SERIES, figure, spans
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import label, text
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.studies.compare.sweep import Axis, Outcome

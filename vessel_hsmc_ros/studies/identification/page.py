@@ -14,8 +14,8 @@ from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.scenario.parameters_file import tree
 from vessel_hsmc_ros.studies.identification.steady_load import SteadyLoad, towards
 from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction
