@@ -58,7 +58,7 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     ),
     "no ranges of hull data": ("vessel", "core.schema._outside", lambda *_: False),
     "times that do not increase": ("csv", "studies.identification.measurements.checked", lambda run: run),
-    "a waypoint that is not finite": ("waypoints", "cli.path._waypoint", waypoint),
+    "a waypoint that is not finite": ("waypoints", "cli.sailing._waypoint", waypoint),
     "no checksums": ("bag", "bags.mcap_contents.zlib", ANY_SUM),
     "messages with their own exceptions": ("unchecked_bag", "bags.topic_columns.MessageDecoder.deserialize", unwrapped),
     "metadata that is no YAML": ("metadata", "bags.rosbag2_metadata.yaml", SimpleNamespace(YAMLError=KeyError)),

@@ -17,7 +17,7 @@ from fuzz_campaigns import campaign as campaign_of
 from fuzz_findings import Finding, decided, file
 from fuzz_seeds import seeds
 
-from vessel_hsmc_ros.cli.path import read_waypoints
+from vessel_hsmc_ros.cli.sailing import read_waypoints
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry
