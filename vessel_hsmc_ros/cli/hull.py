@@ -16,9 +16,9 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line, tree
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.ship_rules import scale_of

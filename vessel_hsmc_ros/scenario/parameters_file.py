@@ -16,8 +16,8 @@ from typing import Any
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 
 USE_SIM_TIME = "use_sim_time"  # a parameter that every ROS node has; it is not one of a scenario
 FAULTS = "faults"  # the section of a scenario with scripted faults, which is not of a node

@@ -14,11 +14,13 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.fence import allowed, fence_of
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.faults.fault import FaultScript
+from vessel_hsmc_ros.faults.fault import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.guidance.factory import check_within, make_reference
+from vessel_hsmc_ros.messages.raw import check_field
+from vessel_hsmc_ros.messages.topics import message_type
 from vessel_hsmc_ros.plant.hull_check import check_hull
-from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
@@ -33,6 +35,7 @@ from vessel_hsmc_ros.scenario.parameters import (
     without_foreign_hull_data,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
+from vessel_hsmc_ros.scenario.ros_yaml import read_text
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 
@@ -276,6 +279,31 @@ def check_late_odometry(scenario: Scenario) -> None:
             "vessel_sim.sensors.delay must be 0 s in lockstep with scripted faults or controller.ride_through"
             f" (got {sim.sensors.delay:g} s): set it, or run in real time"
         )
+
+
+def relayed_topics(scenario: Scenario) -> tuple[str, ...]:
+    """The topics that pass through the relay in a scenario."""
+    demands = tuple(topic for topic, *_ in scenario.vessel_sim.vessel.thrusters.topics() if scenario.vessel_sim.by_thrusters)
+    return (*TOPICS, *demands)
+
+
+def check_script(script: FaultScript, scenario: Scenario) -> None:
+    """Check that every fault can be carried out in a scenario.
+
+    Raises ParameterError if a topic, a node or a field does not exist, or a kind does not fit the mode; ScenarioError as
+    `check_late_odometry`.
+    """
+    check_late_odometry(replace(scenario, faults=script))
+    topics, nodes = relayed_topics(scenario), taking_part(scenario.vessel_sim.by_thrusters)
+    duration = scenario.vessel_sim.duration
+    for index, fault in enumerate(script.faults):
+        owner = f"faults[{index}]"
+        check_target(fault, topics, nodes, owner)
+        check_mode(fault, scenario.controller.lockstep, owner)
+        if fault.field:
+            check_field(message_type(fault.topic), fault.field, f"{owner}.field")
+        if duration and fault.at > duration:
+            raise ParameterError(f"{owner}.at must be at most {duration:g} s, the end of the run (got {fault.at:g} s)")
 
 
 def check_following(scenario: Scenario) -> None:

@@ -42,9 +42,9 @@ from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.track_errors import summarise
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 

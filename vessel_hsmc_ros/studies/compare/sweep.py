@@ -14,7 +14,7 @@ import yaml
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
+from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.studies.runs import batch, worker_pool
