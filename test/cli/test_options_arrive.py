@@ -316,7 +316,7 @@ def test_init_takes_vessel_thrusters_and_check(reach: Reach, monkeypatch: pytest
     assert (found["vessel"], found["fixed"]) == (None, ("1,2,3,4", "1,-2,3,4"))
     monkeypatch.undo()
     written: list[str] = []
-    monkeypatch.setattr(boat, "_write", lambda path, _: written.append(path.name))
+    monkeypatch.setattr(boat, "write_new", lambda path, _: written.append(path.name))
     monkeypatch.setattr(boat, "_check", lambda _: written.append("checked"))
     for more in ((), ("--no-check",)):
         CliRunner().invoke(cli, ["init", "boat", "--length", "5", *more], catch_exceptions=False)

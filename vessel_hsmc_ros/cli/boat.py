@@ -15,7 +15,7 @@ from rich.markup import escape
 from vessel_hsmc_ros.boats.ardupilot import PORT, Physics, Wiring, serve
 from vessel_hsmc_ros.boats.interfaces import interface, interface_text
 from vessel_hsmc_ros.boats.mavlink_messages import Pulses
-from vessel_hsmc_ros.cli.console import print_line, print_warning
+from vessel_hsmc_ros.cli.console import print_line, print_warning, write_new
 from vessel_hsmc_ros.cli.options import (
     json_option,
     load_checked,
@@ -28,7 +28,7 @@ from vessel_hsmc_ros.cli.options import (
     vessel_option,
 )
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import require, shell_command
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.preflight.connection import OK, WRONG, Connection, Finding
@@ -101,25 +101,14 @@ def init(
     scenario = parse_scenario(text, path.stem, source="the new scenario", folder=path.parent)
     if connection and "thruster_allocation" in connection.nodes and not scenario.vessel_sim.vessel.thrusters:
         raise ParameterError(f"--interface {stack} needs thrusters: give each with --thruster x,y,ahead,astern")
-    _write(path, with_survey(text, survey_of(survey)) if survey else text)
+    write_new(path, with_survey(text, survey_of(survey)) if survey else text)
     if connection:
         to = path.with_name(f"{path.stem}_{connection.name}.yaml")
-        _write(to, interface_text(connection, path.stem, scenario.controller.vessel, "gps_noise" in given))
+        write_new(to, interface_text(connection, path.stem, scenario.controller.vessel, "gps_noise" in given))
         print_line(f"connection: {to}, with the commands that start the nodes")
     if not no_check:
         _check(scenario)
     print_line(f"scenario: {path}; next: {shell_command()} simulate {shlex.quote(str(path))}")
-
-
-def _write(path: Path, text: str) -> None:
-    """Write a new file."""
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ScenarioError(f"{path} exists and is not overwritten: choose another name, or delete it") from None
-    except OSError as error:
-        raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def _text(vessel: str | None, path: Path, given: dict[str, float], thrusters: bool, fixed: tuple[str, ...]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_result, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_result, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
     interpreted_option,
     law_file_option,
@@ -57,8 +57,7 @@ def demo(output: Path) -> None:
     print_table(head, [(row.label, *map(row.text, range(len(LAWS)))) for row in metrics_table(found.records)])
     for note in found.conclusions:
         print_line(note)
-    for kind, path in found.files.items():
-        print_line(f"{kind}: {path}")
+    print_files(found.files)
 
 
 def _end_if_failed(result: "Result") -> None:
@@ -143,8 +142,7 @@ def compare_runs(runs: Sequence[Path], output: Path) -> None:
     bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
     done = compare_bags(bags, make_run_folder(output, "compare"))
     print_table(done.head, done.table)
-    for kind, path in done.files.items():
-        print_line(f"{kind}: {path}")
+    print_files(done.files)
 
 
 def chosen(laws: str | None) -> list[str]:
@@ -246,5 +244,4 @@ def sweep(
     for note in sweep_page.notes(axes, outcomes):
         print_line(note)
     files = sweep_page.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
-    for kind, path in files.items():
-        print_line(f"{kind}: {path}")
+    print_files(files)

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_error, print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_error, print_files, print_line, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import law_file_option, load_checked, output_option, parse_changes, set_option, workers_option
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -56,8 +56,7 @@ def forecast(mission: str, scenario: str | None, changes: Sequence[str], output:
     from vessel_hsmc_ros.studies.forecast import page
 
     print_table(*page.overview(found))
-    for kind, path in page.write(make_run_folder(output, f"{loaded.name}_forecast").path, found).items():
-        print_line(f"{kind}: {path}")
+    print_files(page.write(make_run_folder(output, f"{loaded.name}_forecast").path, found))
     for line in page.verdict(found):
         (print_line if found.succeeds else print_error)(line)
     sys.exit(0 if found.succeeds else NOT_TODAY)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning, progress_bar
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_status, print_table, print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
     json_option,
     law_file_option,
@@ -276,8 +276,7 @@ def tune(
     with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
         result = run_tuning(tuning, folder, trials, unseen, lambda done, best: update(done, note=best))
     _print(result)
-    for kind, path in write(folder, result).items():
-        print_line(f"{kind}: {path}")
+    print_files(write(folder, result))
 
 
 def _folder(output: Path | None, name: str) -> Path:

@@ -10,7 +10,7 @@ import click
 import numpy as np
 import yaml
 
-from vessel_hsmc_ros.cli.console import print_line, print_status, print_table, print_warning, progress_bar
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_status, print_table, print_warning, progress_bar, write_new
 from vessel_hsmc_ros.cli.options import file_option, interpreted_option, output_option, parse_changes, set_option, topic_options
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, ParameterError, ScenarioError
@@ -103,8 +103,7 @@ def print_results(results: "Results") -> None:
 def _write_page(name: str, results: "Results", output: Path) -> None:
     from vessel_hsmc_ros.studies.manoeuvres import page  # imports the libraries of reports
 
-    for kind, path in page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results).items():
-        print_line(f"{kind}: {path}")
+    print_files(page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results))
 
 
 @click.command()
@@ -127,13 +126,7 @@ def excite(ship: str, output: Path | None) -> None:
     path = output or Path(f"{Path(ship).stem}_excite.yaml")
     text = scenario_text(path.stem, f"ship {Path(ship).stem}", section, scale, steps)
     run = simulate(parse_scenario(text, path.stem, source="the new scenario"))
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ScenarioError(f"{path} exists and is not overwritten: choose another name with --file, or delete it") from None
-    except OSError as error:
-        raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
+    write_new(path, text)
     print_table(HEAD, _rows(steps, run))
     print_line(_space(run))
     simulate_it = f"{shell_command()} simulate {shlex.quote(str(path))}"

@@ -26,7 +26,7 @@ from vessel_hsmc_ros.boats.missions.legs import (
 from vessel_hsmc_ros.boats.missions.mission import Mission, Pair, Refused
 from vessel_hsmc_ros.boats.missions.placing import Placed, datum_of, placed
 from vessel_hsmc_ros.boats.missions.reading import read_mission
-from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
+from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning, write_new
 from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
@@ -301,14 +301,8 @@ def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> 
     fence = fence_of_mission(found.mission)
     sections = {**fence, "reference_ship": {**values, **fence.get("reference_ship", {})}}
     head = f"# The mission {file.name.encode('ascii', 'replace').decode()}{datum}: parameters for --set @FILE.\n"
-    try:
-        with into.open("x", encoding="utf-8") as stream:
-            stream.write("".join(c if c.isprintable() or c == "\n" else "?" for c in head))
-            stream.write(dump_parameters(sections))
-    except FileExistsError:
-        raise ScenarioError(f"{into} exists and is not overwritten: choose another name, or delete it") from None
-    except OSError as error:
-        raise ScenarioError(f"{into} cannot be written: {error.strerror}") from None
+    head = "".join(c if c.isprintable() or c == "\n" else "?" for c in head)
+    write_new(into, head + dump_parameters(sections))
 
 
 def _send(whole: Mission, namespace: str, detach: bool) -> None:

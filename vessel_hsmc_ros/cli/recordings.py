@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from rich.console import Console
 
-from vessel_hsmc_ros.cli.console import print_line, print_metrics, print_table
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_metrics, print_table
 from vessel_hsmc_ros.cli.options import (
     bag_argument,
     file_option,
@@ -59,8 +59,7 @@ def report(
     hull = schema.build(DrawnHull, {"length": hull_length or 0.0, "beam": hull_beam or 0.0}, "hull")
     made = make(bags, Options(page=output, hull=hull, **options))
     print_metrics([(record.name if len(made.records) > 1 else "", rows(record.metrics, record.facts)) for record in made.records])
-    for what, path in made.files.items():
-        print_line(f"{what}: {path}")
+    print_files(made.files)
 
 
 AXES = (("surge force", "N"), ("yaw moment", "N·m"))
