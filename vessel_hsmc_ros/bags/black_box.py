@@ -35,9 +35,8 @@ class Head(NamedTuple):
 def write(content: BinaryIO) -> tuple[Path, str]:
     """Write the bag into the first folder that takes it; one that exists is left alone, and another name is taken beside it.
 
-    Names repeat: two processes start in the same second, and a computer without a battery for its clock starts at the same time.
-    Returns the bag's folder, and why none of the folders before it took the bag; empty if it is the first. Raises BagError if
-    no folder takes the bag, or there is no content.
+    Names repeat: two processes start in the same second, and a computer without a battery for its clock starts at the same
+    time. Returns the bag's folder, and why none of the folders before it took the bag; empty if it is the first.
     """
     head, *messages = _loaded(content) or [None]
     if head is None:

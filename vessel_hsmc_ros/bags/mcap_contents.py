@@ -78,10 +78,7 @@ def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
 
 
 def message_offsets(data: bytes) -> dict[int, list[int]]:
-    """Offsets of the Message records in a chunk's uncompressed bytes, by channel.
-
-    Raises ValueError if a record is shorter than its kind, or ends behind the last byte.
-    """
+    """Offsets of the Message records in a chunk's uncompressed bytes, by channel."""
     offsets: dict[int, list[int]] = defaultdict(list)
     unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0
     padded = data + bytes(MESSAGE_HEADER.size)  # so that the header of a short last record can be unpacked as a message's
@@ -156,8 +153,7 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
 def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
-    `summary`: what a valid summary knows. Raises BagError if the file has no complete record, or the walk does not come to a
-    chunk that the summary knows: the length or the kind of a record before it is damaged.
+    `summary`: what a valid summary knows.
     """
     doubtful: list[tuple[int, int]] = []
     contents, chunks = Contents(path), set()
@@ -254,10 +250,7 @@ ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 def read_contents(path: Path) -> Contents:
-    """Read the contents of a file from its summary if it is valid, else by a scan of the complete file.
-
-    Raises BagError if the file cannot be read or is not an MCAP file.
-    """
+    """Read the contents of a file from its summary if it is valid, else by a scan of the complete file."""
     try:
         with path.open("rb") as stream:
             start = stream.read(len(MAGIC))

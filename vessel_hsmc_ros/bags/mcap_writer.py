@@ -72,9 +72,6 @@ class CrashSafeFile:
 
     Attributes:
         end: Offset at which the next record will lie.
-
-    Raises:
-        OSError: from every method, when the operating system refuses to write. A file that cannot be begun is removed.
     """
 
     def __init__(self, path: Path, start: bytes) -> None:

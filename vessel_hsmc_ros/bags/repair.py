@@ -26,20 +26,14 @@ class Repair:
 
 
 def is_complete(directory: Path) -> bool:
-    """Whether the bag's files were closed and metadata.yaml lists all their messages.
-
-    Raises BagError if the folder holds no bag.
-    """
+    """Whether the bag's files were closed and metadata.yaml lists all their messages."""
     files = bag_files(directory, strict=False)
     found = [read_contents(file) for file in files.present]
     return all(c.complete for c in found) and _metadata_matches(directory, found)
 
 
 def repair(directory: Path) -> Repair:
-    """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed.
-
-    Raises BagError if the folder holds no bag, a file of it has nothing readable, or it is being recorded.
-    """
+    """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed."""
     files, missing, _ = bag_files(directory, strict=False)
     for file in files:
         if is_being_written(file):

@@ -104,10 +104,7 @@ class Stream:
 
 
 def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
-    """Write the messages of a run in the order of their stamps.
-
-    Raises BagError if the folder exists, or the bag cannot be written, or a message type is not installed.
-    """
+    """Write the messages of a run in the order of their stamps."""
     streams = [_stream(name, *content, scenario) for name, content in contents(published).items()]
     notes = {"mode": "offline", "scenario": scenario.name, "messages_dropped": "0"}
     notes |= {"law_source": source} if (source := law_source(scenario.controller.law)) else {}

@@ -49,8 +49,7 @@ _COMMENTS = re.compile(r"^[ \t]*(#.*)?\n", re.MULTILINE)
 def read_definition(kind: str, text: str) -> Mapping[str, Any]:
     """The types of a definition by their names, each with its constants and its fields.
 
-    `text`: the definition in the form ros2msg, followed by those of all types that it uses. Raises BagError if the text is not
-    such a definition, or lacks a type.
+    `text`: the definition in the form ros2msg, followed by those of all types that it uses.
     """
     try:
         types: Mapping[str, Any] = get_types_from_msg(_COMMENTS.sub("", text), kind)
@@ -110,9 +109,6 @@ class MessageDecoder:
     Attributes:
         fields: The dotted names of all fields, down to numbers, strings and lists.
         wide: Arrays of more than MAX_NARROW_ARRAY elements, and sequences, whose lengths differ from message to message.
-
-    Raises:
-        BagError: the text is not such a definition.
     """
 
     def __init__(self, topic: str, kind: str, definition: str) -> None:
@@ -139,10 +135,7 @@ class MessageDecoder:
                 yield prefix + name, node, detail
 
     def deserialize(self, data: bytes) -> Any:
-        """One message with its fields as attributes; lists of numbers are NumPy arrays, other lists are lists.
-
-        Raises BagError if the bytes are not a message of the type.
-        """
+        """One message with its fields as attributes; lists of numbers are NumPy arrays, other lists are lists."""
         return self._walked(data, None)
 
     def layout(self, message: bytes) -> Layout:
@@ -162,8 +155,8 @@ class MessageDecoder:
     def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
         """Decode some fields of many messages into columns.
 
-        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,). Returns columns by name, each with n rows.
-        Raises BagError if a message cannot be decoded.
+        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,). Returns columns by name, each with n
+        rows.
         """
         columns = None if self._irregular else self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names)
         if columns is not None:
@@ -374,10 +367,7 @@ class Series:
         return np.column_stack([self[name] for name in names])
 
     def deserialize(self, data: bytes) -> Any:
-        """One of the topic's messages as an object with its fields as attributes.
-
-        Raises BagError if the bytes are not a message of the topic's type.
-        """
+        """One of the topic's messages as an object with its fields as attributes."""
         return self._decoder.deserialize(data)
 
     def _missing(self, names: Iterable[str]) -> list[str]:
@@ -453,8 +443,8 @@ def _series(name: str, channels: Sequence[_Channel], files: BagFiles) -> Series:
 def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
     """Read columns of topics of one bag in one pass over its files; those already read are not read again.
 
-    `topics`: the topics. Of one that has not been read yet, all narrow fields and the times are read. `names`: further fields,
-    which all these topics have. Raises BagError if a file is damaged, or a message cannot be decoded.
+    `topics`: the topics. Of one that has not been read yet, all narrow fields and the times are read. `names`: further
+    fields, which all these topics have.
     """
     wanted = {series.name: (series, missing) for series in topics if (missing := series._missing(names))}
     parts: dict[str, dict[str, list[Array]]] = {name: {field: [] for field in missing} for name, (_, missing) in wanted.items()}

@@ -26,8 +26,7 @@ detach_option = click.option("--detach", is_flag=True, help="Only send it, as a 
 def show_until_end(sail: Callable[[Callable[["Progress"], None]], "Result"]) -> None:
     """Show the progress of a goal until its end.
 
-    `sail`: sends the goal, calls what it is given with each progress, and returns the result. Raises RunError if the vessel does
-    not reach it.
+    `sail`: sends the goal, calls what it is given with each progress, and returns the result.
     """
     farthest = 0.0
     with progress_bar("sailing", 100.0, "%") as update:
@@ -157,9 +156,8 @@ FORM = "x and y, and perhaps z and heading, in metres and radians in the frame o
 def read_waypoints(path: Path) -> list[Waypoint]:
     """Read waypoints from a file; those without a heading have the heading 0.
 
-    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start with
-    # are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`. Raises
-    ScenarioError if the file cannot be read, has no waypoint, one that is not of finite numbers, or a column of another name.
+    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start
+    with # are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`.
     """
     try:
         text = read_text(path)

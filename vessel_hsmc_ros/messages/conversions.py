@@ -237,9 +237,8 @@ def read_goal(
 ) -> tuple[float, float, float, float | None]:
     """Validate and convert a goal pose.
 
-    `message`: a geometry_msgs/PoseStamped. `here`: the present position x, y of the reference. Returns x, y, heading and stamp,
-    s; the stamp is None where the message has none (0). Raises GoalError if a number is not finite or too far away, the
-    quaternion has no length, or the message is in another frame.
+    `message`: a geometry_msgs/PoseStamped. `here`: the present position x, y of the reference. Returns x, y, heading and
+    stamp, s; the stamp is None where the message has none (0).
     """
     _require_frame(message.header.frame_id, frames, "goal")
     position, q = message.pose.position, message.pose.orientation
@@ -256,9 +255,8 @@ def read_goal(
 def read_path(message: Any, frames: Collection[str] = (WORLD,), here: Here = (0.0, 0.0)) -> list[tuple[float, float]]:
     """Validate a path and return its waypoints x, y; orientations are ignored.
 
-    `message`: a nav_msgs/Path. `frames`: the frames in which paths are accepted; its poses have the same one, or none. `here`:
-    the present position x, y of the reference. Raises GoalError if there is no pose, a number is not finite or too far away, or
-    a pose is in another frame.
+    `message`: a nav_msgs/Path. `frames`: the frames in which paths are accepted; its poses have the same one, or none.
+    `here`: the present position x, y of the reference.
     """
     _require_frame(message.header.frame_id, frames, "path")
     if not message.poses:

@@ -48,7 +48,7 @@ Array = NDArray[np.float64]
 def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[Path]:
     """Draw the track and one figure for each group of panels.
 
-    `records`: at least one run. `directory`: created if it does not exist. Raises ReportError if a file cannot be written.
+    `records`: at least one run. `directory`: created if it does not exist.
     """
     groups: dict[str, list[Overlay]] = {}
     for overlay in overlays(records):

@@ -14,10 +14,7 @@ from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 
 
 def parse_script(text: str, source: str) -> FaultScript:
-    """Make a script from its text.
-
-    Raises ScenarioError if the text is not a fault script; ParameterError if a setting is unknown, missing or out of range.
-    """
+    """Make a script from its text."""
     try:
         document = read_yaml(text)
     except yaml.YAMLError as error:
@@ -33,11 +30,7 @@ def parse_script(text: str, source: str) -> FaultScript:
 
 
 def load_script(path: Path) -> FaultScript:
-    """Read a fault script.
-
-    Raises ScenarioError if the file cannot be read, or is not a fault script; ParameterError if a setting is unknown, missing
-    or out of range.
-    """
+    """Read a fault script."""
     try:
         text = read_text(path)
     except (OSError, UnicodeDecodeError) as error:
@@ -48,8 +41,7 @@ def load_script(path: Path) -> FaultScript:
 def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
     """The script in the section `faults` of a scenario; None if it has none.
 
-    `seed`: the seed of the scenario, which is that of the faults too. Raises ScenarioError if the section is not a list of
-    faults; ParameterError if a setting is unknown, missing or out of range.
+    `seed`: the seed of the scenario, which is that of the faults too.
     """
     document = read_yaml(text)
     if not isinstance(document, dict) or FAULTS not in document:

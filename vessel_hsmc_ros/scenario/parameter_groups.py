@@ -149,11 +149,7 @@ OWNER = "reference_ship.actions"
 
 @dataclass(frozen=True)
 class ActionParameters:
-    """When a goal is reached or given up, and what follows.
-
-    Raises:
-        ParameterError: the home is no x, y, or the datum no latitude and longitude.
-    """
+    """When a goal is reached or given up, and what follows."""
 
     reach: float = parameter(
         0.0,

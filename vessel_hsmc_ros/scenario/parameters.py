@@ -230,10 +230,7 @@ def vessel_names() -> list[str]:
 
 
 def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
-    """The values with `vessel.name` for its short form `vessel`.
-
-    Raises ParameterError if both forms are given, with different names.
-    """
+    """The values with `vessel.name` for its short form `vessel`."""
     if "vessel" not in values:
         return dict(values)
     name = values["vessel"]
@@ -243,10 +240,7 @@ def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
 
 
 def without_foreign_hull_data(values: Mapping[str, object], declared: Collection[str]) -> dict[str, object]:
-    """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes.
-
-    Raises ParameterError if no node declares hull data of such a name.
-    """
+    """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes."""
     foreign = [name for name in values if name.startswith(VESSEL) and name not in declared]
     if foreign:
         names = vessel_names()

@@ -100,8 +100,7 @@ def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
 def load_suite(name: str | Path) -> tuple[Row, ...]:
     """Read the rows of a suite.
 
-    `name`: a suite of the package, such as `guided`, or the path of a YAML file. Raises ScenarioError if the suite is unknown,
-    unreadable or malformed.
+    `name`: a suite of the package, such as `guided`, or the path of a YAML file.
     """
     path = _find(name)
     try:
@@ -164,8 +163,7 @@ class SuiteShip(NamedTuple):
 def ship_of(name: str, data: Any, where: str) -> SuiteShip:
     """The ship of main data.
 
-    `data`: main data by their names, those of `vessel-hsmc init`. Raises ScenarioError if the data are no numbers by name;
-    ParameterError if a datum is unknown or out of range.
+    `data`: main data by their names, those of `vessel-hsmc init`.
     """
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise ScenarioError(f"{where}: ship {name} must be main data such as {{length: 5.0}} (got {data})")
@@ -189,8 +187,7 @@ def _ship(name: str, data: MainData) -> SuiteShip:
 def in_numbers(value: Any, units: Mapping[str, float], where: str) -> Any:
     """A value whose number or numbers may be in a unit of a ship, such as `{L: 0.02}`.
 
-    `units`: those of the ship; empty where there is none. Raises ScenarioError if there is no such unit, or it is not one of
-    numbers.
+    `units`: those of the ship; empty where there is none.
     """
     if not isinstance(value, dict):
         return value

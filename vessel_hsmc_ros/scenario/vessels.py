@@ -79,9 +79,8 @@ def vessel_names() -> list[str]:
 def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
     """Read a vessel.
 
-    `name`: a vessel of the library, such as `otter`, or the path of a vessel file. `folder`: where a relative path starts, if a
-    file is there; else in the working directory. Raises ScenarioError if the vessel is unknown, or its file cannot be read or
-    has sections that are not allowed; ParameterError if a hull datum is unknown, missing or out of range.
+    `name`: a vessel of the library, such as `otter`, or the path of a vessel file. `folder`: where a relative path starts, if
+    a file is there; else in the working directory.
     """
     path = _find(name, folder)
     try:
@@ -94,8 +93,8 @@ def read_vessel(name: str | Path, folder: Path = Path()) -> LibraryVessel:
 def with_vessel(values: Mapping[str, object], entries: Mapping[str, Entry], folder: Path = Path()) -> dict[str, object]:
     """The values of a node, preceded by those of the vessel that they name.
 
-    `values`: values by their dotted names; those given override those of the vessel. `folder`: where the path of a vessel file
-    starts. Raises ScenarioError, ParameterError as `read_vessel`.
+    `values`: values by their dotted names; those given override those of the vessel. `folder`: where the path of a vessel
+    file starts.
     """
     name = values.get(VESSEL_NAME)
     # Flags describe no hull: they are choices of the scenario.
@@ -326,10 +325,7 @@ def steady_motion(vessel: Vessel, force: float, moment: float) -> tuple[float, f
 
 
 def agreement(vessel: LibraryVessel, computed: Figures) -> dict[str, float]:
-    """The relative differences of computed figures from the published ones, by name.
-
-    Raises ParameterError if a published figure is not one of Figures.
-    """
+    """The relative differences of computed figures from the published ones, by name."""
     known = [each.name for each in fields(Figures)]
     for name in vessel.published:
         if name not in known:
