@@ -1,5 +1,6 @@
 """The verdict on surveys, turned ships and references that come to rest, where the legs and halves of a run differ."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,11 +34,10 @@ def test_the_worst_leg_is_that_of_the_largest_error_and_counts_from_one(
     # The second leg has the largest error, the first the largest rms.
     cross = np.concatenate([np.full(100, 0.5), np.zeros(99), [-2.0], np.full(100, 0.1)])
     errors = TrackErrors(np.repeat([0, 1, 2], 100), np.zeros(300, bool), cross, cross)
-    monkeypatch.setattr(Record, "track_errors", property(lambda _: errors))
     monkeypatch.setattr(record, "hull_length", lambda _: length)
     given = {"leg_cross_track_rms": 0.4, "leg_cross_track_peak": 2.0, "turn_cross_track_rms": 0.75}
     metrics = Metrics(*np.arange(10.0))._replace(**given)
-    found = record._survey(moving(), metrics)
+    found = record._survey(replace(moving(), track_errors=errors), metrics)
     assert f"0.4 m rms{relative} off the line, at most 2 m on leg 2; 0.75 m rms in its turns." in found
 
 

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
 from vessel_hsmc_ros.guidance.planned_track import outline
-from vessel_hsmc_ros.report.record import Limit, Record, control_intervals
+from vessel_hsmc_ros.report.record import Limit, Record, control_intervals, limits
 from vessel_hsmc_ros.scenario.control import braking_of
 
 Array = NDArray[np.float64]
@@ -161,7 +161,7 @@ def panels(record: Record) -> list[Panel]:
         _sensors(run),
         _error_variables(run),
         _surfaces(run),
-        _wrench(run, record.limits),
+        _wrench(run, limits(record.scenario)),
         _networks(run),
         _disturbance(run),
         _timing(record),

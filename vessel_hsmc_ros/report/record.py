@@ -5,7 +5,6 @@ A report reads everything from a `Run`, simulated or recorded. NaN marks quantit
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,24 +113,8 @@ class Record:
     marks: tuple[Mark, ...] = ()  # events of the run in the order of their times
     verdict: str = ""  # one to three plain sentences on the result
     track: PlannedTrack | None = None  # the legs and turns that were planned; None where there are none
-
-    @cached_property
-    def track_errors(self) -> TrackErrors | None:
-        """Errors against the planned legs and turns; None without any."""
-        return errors_of(self.run, self.track, running_time(self.run.time, self.marks))
-
-    @cached_property
-    def passed(self) -> Passed:
-        """How much of each leg was passed near enough; none without a plan."""
-        if self.track is None:
-            return {}
-        running = clock(self.track, running_time(self.run.time, self.marks), self.run.reference)
-        return passed(self.track, float(running[-1]), self.run.state[:, :2])
-
-    @cached_property
-    def limits(self) -> tuple[tuple[Limit, ...], tuple[Limit, ...]]:
-        """Named limits of surge force [N] and yaw moment [N·m]; those of the actuators and of the law, if they are known."""
-        return limits(self.scenario)
+    track_errors: TrackErrors | None = None  # errors against the planned legs and turns; None without any
+    passed: Passed = field(default_factory=dict)  # how much of each leg was passed near enough; none without a plan
 
     @property
     def duration(self) -> float:
@@ -242,9 +225,9 @@ def over_shared_interval(records: Sequence[Record]) -> list[Record]:
     the records; if their durations differ, with metrics of the shared interval, and the interval among their facts.
     """
     ends = [float(record.run.time[-1]) for record in records]
-    if not records or min(ends) == max(ends):
+    shared = min(ends, default=0.0)
+    if not records or shared == max(ends) or all(record.facts.get("metrics_interval") == shared for record in records):
         return list(records)
-    shared = min(ends)
     return [
         replace(
             record,
@@ -273,9 +256,14 @@ CHATTER_PER_SECOND, CHATTER_SHARE = 2.0, 0.05
 
 def analyse(name: str, run: Run, scenario: Scenario | None, marks: tuple[Mark, ...] = (), **known: Any) -> Record:
     """The record of a run with its metrics and its verdict; `known`: further fields, with the track if messages planned it."""
-    if "track" not in known:
-        known["track"] = planned(scenario)
-    metrics = measured(run, scenario, marks, track=known["track"])
+    track = known.pop("track") if "track" in known else planned(scenario)
+    errors: TrackErrors | None = None
+    legs: Passed = {}
+    if track is not None:
+        at = clock(track, running_time(run.time, marks), run.reference)
+        errors, legs = track_errors(track, at, run.state[:, :2]), passed(track, float(at[-1]), run.state[:, :2])
+    metrics = measured(run, scenario, marks, track=track)
+    known |= {"track": track, "track_errors": errors, "passed": legs}
     return with_verdict(Record(name, run, metrics, scenario=scenario, marks=marks, **known))
 
 
