@@ -19,8 +19,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.control.interface.network import Estimates
-from vessel_hsmc_ros.control.laws.hierarchical import Memory, Surfaces, adapt_weights, control, step
-from vessel_hsmc_ros.control.laws.hierarchical_guidance import Guidance, guidance, turn_in_current
+from vessel_hsmc_ros.control.laws.hierarchical import (
+    Guidance,
+    Memory,
+    Surfaces,
+    adapt_weights,
+    control,
+    guidance,
+    step,
+    turn_in_current,
+)
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.core.kernel import bound

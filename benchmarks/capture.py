@@ -28,12 +28,12 @@ from paths import boat  # type: ignore[import-not-found]
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.control.interface.inputs import unit_time
+from vessel_hsmc_ros.control.interface.actuators import unit_time
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, NOT_DECLARED, KnownVessel
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, ScenarioError, SimulationError
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import distance
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, figure

@@ -24,8 +24,8 @@ from rich.progress import track
 from rich.table import Table
 
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains, gains
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.studies.certificates.certificate import at_a_point, under_way

@@ -5,9 +5,9 @@
     python benchmarks/fence.py healthy [--longest 30]
 
 Stops: boats of 0.5 to 50 m under way, of which the guard knows hull, actuators and an estimate of the water, brake as it
-commands. Their path must stay within way and radius of `control/safety/stopping.py` until the surge velocity has ended. Drawn are
-speed, turn, current up to half of the top speed from any direction, wind up to a fifth of the force, resistance from linear to
-quadratic, lag, dead time, rate, age and control period, and errors of the estimate within its bounds.
+commands. Their path must stay within way and radius of `control/safety/fence_guard.py` until the surge velocity has ended.
+Drawn are speed, turn, current up to half of the top speed from any direction, wind up to a fifth of the force, resistance from
+linear to quadratic, lag, dead time, rate, age and control period, and errors of the estimate within its bounds.
 
 Runs: a boat sails at a fence, in a current up to half of its top speed from any direction, and law and guard have to keep it
 inside. Healthy runs: those of two suites, with a fence two stopping distances outside of their ways, in which it must not act.
@@ -24,8 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.safety.reasons import Operation
-from vessel_hsmc_ros.control.safety.stopping import HEADING, Braking, Water, stop
+from vessel_hsmc_ros.control.safety.fence_guard import HEADING, Braking, Water, stop
+from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, ScenarioError, SimulationError
 from vessel_hsmc_ros.core.fence import Fence, FenceParameters, clearance, fence_of
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion

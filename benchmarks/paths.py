@@ -18,9 +18,8 @@ import numpy as np
 import yaml
 
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.metrics import position_error, rms
+from vessel_hsmc_ros.core.metrics import per_leg, position_error, rms, summarise
 from vessel_hsmc_ros.core.run_data import held
-from vessel_hsmc_ros.core.track_errors import per_leg, summarise
 from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
 from vessel_hsmc_ros.guidance.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at

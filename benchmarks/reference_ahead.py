@@ -15,14 +15,14 @@ import yaml
 from paths import boat, table_of  # type: ignore[import-not-found]
 
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
 from vessel_hsmc_ros.core.metrics import rms
 from vessel_hsmc_ros.guidance.factory import REFERENCES, trajectory
-from vessel_hsmc_ros.guidance.kernel_reference import Array
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.simulation.compiled_loop import reference_of
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.simulation.preparation import reference_of
 
 SHARES = (0.1, 0.3, 0.5, 1.0)
 """Dead times in terms of the time of the ship's turns."""

@@ -19,11 +19,9 @@ from hypothesis import strategies as st
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Reason
-from vessel_hsmc_ros.control.safety.safe_action import Authority
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason, SafetyParameters
 from vessel_hsmc_ros.control.safety.samples import Freshness, Jumps, Sample
-from vessel_hsmc_ros.control.safety.supervision import Supervision, violation
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision, violation
 from vessel_hsmc_ros.core.kinematics import Motion
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))

@@ -26,16 +26,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from vessel_hsmc_ros.bags.reader import open_bag as open_bag
     from vessel_hsmc_ros.control.interface.law import Law as Law
-    from vessel_hsmc_ros.control.interface.terms import Terms as Terms
+    from vessel_hsmc_ros.control.interface.law import Terms as Terms
     from vessel_hsmc_ros.control.laws import make_controller as make_controller
     from vessel_hsmc_ros.core.exceptions import VesselHsmcError as VesselHsmcError
+    from vessel_hsmc_ros.core.install_paths import __version__ as __version__
+    from vessel_hsmc_ros.core.kernel import clip as clip
     from vessel_hsmc_ros.core.kinematics import Acceleration as Acceleration
     from vessel_hsmc_ros.core.kinematics import Motion as Motion
     from vessel_hsmc_ros.core.kinematics import wrap as wrap
-    from vessel_hsmc_ros.core.limits import clip as clip
     from vessel_hsmc_ros.core.run_data import Run as Run
     from vessel_hsmc_ros.core.schema import parameter as parameter
-    from vessel_hsmc_ros.core.version import __version__ as __version__
     from vessel_hsmc_ros.scenario.law_file import load_law_file as load_law_file
     from vessel_hsmc_ros.scenario.scenario import load_scenario as load_scenario
     from vessel_hsmc_ros.simulation.offline import simulate as simulate
@@ -44,15 +44,15 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.studies.campaign.plan import Campaign as Campaign
 
 _ROOMS = {
-    "__version__": "core.version",
+    "__version__": "core.install_paths",
     "Acceleration": "core.kinematics",
     "Campaign": "studies.campaign.plan",
     "Law": "control.interface.law",
     "Motion": "core.kinematics",
     "Run": "core.run_data",
-    "Terms": "control.interface.terms",
+    "Terms": "control.interface.law",
     "VesselHsmcError": "core.exceptions",
-    "clip": "core.limits",
+    "clip": "core.kernel",
     "load_law_file": "scenario.law_file",
     "load_scenario": "scenario.scenario",
     "make_controller": "control.laws",

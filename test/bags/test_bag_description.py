@@ -14,7 +14,7 @@ from bag_making import PERIOD, STATUS, TYPES, Recorded, serialized, status, topi
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
-from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.core.interval import Interval
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import Interval
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.studies.certificates.certificate import Clause
 

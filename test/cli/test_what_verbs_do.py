@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from vessel_hsmc_ros.cli import gains, hull, run
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import compare_with_row
-from vessel_hsmc_ros.control.interface.linear_loop import Margins
+from vessel_hsmc_ros.control.loop.linearised_law import Margins
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario import own_ship
 from vessel_hsmc_ros.scenario.run_folder import RunFolder

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.cli.options import compare_with_row, print_json
 from vessel_hsmc_ros.cli.recordings import verdict
 from vessel_hsmc_ros.cli.sailing import SWITCHES, TRIGGERS, read_waypoints
 from vessel_hsmc_ros.cli.watch import _error, quantities
-from vessel_hsmc_ros.control.interface.linear_loop import Margins
+from vessel_hsmc_ros.control.loop.linearised_law import Margins
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import Snapshot

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import Interval, about
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.interval import Interval, about
 
 numbers = st.floats(-1e6, 1e6)
 shares = st.floats(0.0, 1.0)

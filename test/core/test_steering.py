@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.steering import LARGEST_BOOST, available, moment_limit, steered, steering
+from vessel_hsmc_ros.core.hull import LARGEST_BOOST, available, moment_limit, steered, steering
 
 FORCE, MOMENT = 300.0, 250.0
 LOSS, SPEED = st.floats(0.0, 1.0), st.one_of(st.just(math.inf), st.floats(0.1, 10.0))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.boats.parameters import PulseParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.thrust_curve import thrust_curve
+from vessel_hsmc_ros.core.thruster_layout import thrust_curve
 
 MEASURED = thrust_curve(1490.0, 30.0, (1100.0, 1300.0, 1700.0, 1900.0), (-40.0, -10.0, 12.0, 50.0), "drive.pwm")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.track_errors import NO_LEG, TrackErrors, TrackMetrics, per_leg, summarise
+from vessel_hsmc_ros.core.metrics import NO_LEG, TrackErrors, TrackMetrics, per_leg, summarise
 
 LEGS = ([0, 0, 2], [3.0, -4.0, 1.0], [-6.0, 8.0, 2.0])
 """Numbers of legs, errors across and along."""

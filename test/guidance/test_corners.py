@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.guidance.polyline import OVER, THROUGH, corner_of
 from vessel_hsmc_ros.guidance.route import displacement
+from vessel_hsmc_ros.guidance.waypoints import OVER, THROUGH, corner_of
 
 
 @pytest.mark.parametrize("kind", [THROUGH, OVER])

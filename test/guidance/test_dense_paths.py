@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.guidance.dense_paths import Scale, ahead, apart, thinned
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference, travel_limits
-from vessel_hsmc_ros.guidance.polyline import OVER, THROUGH, Waypoint
-from vessel_hsmc_ros.guidance.turning import turning_at
+from vessel_hsmc_ros.guidance.sailing import turning_at
+from vessel_hsmc_ros.guidance.waypoints import OVER, THROUGH, Waypoint
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

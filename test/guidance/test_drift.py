@@ -7,12 +7,10 @@ import pytest
 from hulls import BOAT, BOAT_SYMBOLS, CYBERSHIP_2, MILLIAMPERE, hull
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.curve_motion import at_speed, velocities
+from vessel_hsmc_ros.guidance.curve_motion import PeriodicDrift, at_speed, samples, velocities
 from vessel_hsmc_ros.guidance.curves import Arc, FigureEight, Square
-from vessel_hsmc_ros.guidance.drift import PeriodicDrift, samples
-from vessel_hsmc_ros.guidance.route import Element, Route, straight, turn
+from vessel_hsmc_ros.guidance.route import Element, Phase, Route, SpeedProfile, straight, turn
 from vessel_hsmc_ros.guidance.route_motion import drift_along
-from vessel_hsmc_ros.guidance.speed_profile import Phase, SpeedProfile
 from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters, unforced_acceleration, unforced_sway
 
 PAPER = VesselParameters().coefficients()

@@ -3,10 +3,14 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.guidance.course import CourseReference, CourseReferenceParameters
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.guidance.input_program import RampParameters, SineParameters
-from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip
+from vessel_hsmc_ros.guidance.programs import (
+    CourseReference,
+    CourseReferenceParameters,
+    RampParameters,
+    ReferenceShip,
+    SineParameters,
+)
 
 SINE = SineParameters(math.radians(20.0), 0.05)
 

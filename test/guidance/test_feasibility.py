@@ -8,8 +8,7 @@ from hulls import BOAT
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, Demand, Pace, check_feasible, demand
-from vessel_hsmc_ros.guidance.curves import Arc
-from vessel_hsmc_ros.guidance.shapes import CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
+from vessel_hsmc_ros.guidance.curves import Arc, CircleParameters, FigureEightParameters, SquareParameters, StraightParameters
 from vessel_hsmc_ros.plant.dynamics import Vessel
 
 SHAPES = {

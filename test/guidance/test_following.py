@@ -28,8 +28,8 @@ from vessel_hsmc_ros.guidance.following import (
     rate_of,
     waiting_of,
 )
-from vessel_hsmc_ros.guidance.motion_filter import MotionLimits
-from vessel_hsmc_ros.guidance.scheduled import PathParameters
+from vessel_hsmc_ros.guidance.goal import MotionLimits
+from vessel_hsmc_ros.guidance.waypoints import PathParameters
 
 PERIOD = 0.05
 WAITING = Waiting(2.0, 6.0, 3.0)

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
 from vessel_hsmc_ros.guidance.goal import STREAM_GAP
-from vessel_hsmc_ros.guidance.scheduled import GoalParameters
+from vessel_hsmc_ros.guidance.waypoints import GoalParameters
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.input_program import (
+from vessel_hsmc_ros.guidance.programs import (
     RampParameters,
     SineParameters,
     StepsParameters,

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.input_program import SineParameters, StepsParameters
-from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip, VirtualShipParameters
+from vessel_hsmc_ros.guidance.programs import ReferenceShip, SineParameters, StepsParameters, VirtualShipParameters
 
 PERIOD = 0.01
 SINE = VirtualShipParameters(yaw_moment=0.0, yaw_moment_sine=SineParameters(1e6, 0.5))

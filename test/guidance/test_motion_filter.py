@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.guidance.motion_filter import Filtered, MotionLimits, advance_filter, filter_of, read_filter
+from vessel_hsmc_ros.guidance.goal import Filtered, MotionLimits, advance_filter, filter_of, read_filter
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 
 LIMITS = MotionLimits()

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.track_errors import NO_LEG, missed, per_leg, summarise
+from vessel_hsmc_ros.core.metrics import NO_LEG, missed, per_leg, summarise
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, track_of
 from vessel_hsmc_ros.guidance.planned_track import leg_count, passed, replaced, stretches_of, track_errors
 from vessel_hsmc_ros.report import page

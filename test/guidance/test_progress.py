@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.guidance.progress import Progress
+from vessel_hsmc_ros.guidance.tasks import Progress
 
 pytestmark = pytest.mark.pure
 places = st.complex_numbers(max_magnitude=100.0, allow_nan=False, allow_infinity=False)

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import as_motion
-from vessel_hsmc_ros.guidance.input_program import SineParameters, StepsParameters
-from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip, VirtualShipParameters
+from vessel_hsmc_ros.guidance.programs import ReferenceShip, SineParameters, StepsParameters, VirtualShipParameters
 
 
 def test_the_virtual_ship_has_the_initial_state_of_the_paper() -> None:

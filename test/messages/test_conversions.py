@@ -7,7 +7,7 @@ import pytest
 from bag_making import STATUS, STORE, message
 from message_reading import read_acceleration, read_control_state, read_disturbance
 
-from vessel_hsmc_ros.control.interface.terms import diagnosed
+from vessel_hsmc_ros.control.interface.law import diagnosed
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
 from vessel_hsmc_ros.messages import conversions

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.messages import conversions as conv
 

@@ -11,7 +11,7 @@ from controller_without_ros import ControllerWithoutRos
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from safety_sequences import FRESH_SAMPLES, Machine
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.terms import Terms
-from vessel_hsmc_ros.control.safety.heading import Bias
-from vessel_hsmc_ros.control.safety.monitors import Alarm
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.interface.law import Terms
+from vessel_hsmc_ros.control.safety.monitors import Alarm, Bias
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.nodes import control_diagnostics, reporting
 from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask

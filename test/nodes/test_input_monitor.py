@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from nav_msgs.msg import Odometry
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.nodes import reporting
 from vessel_hsmc_ros.nodes.base import ERROR, WARN

@@ -8,7 +8,7 @@ from std_srvs.srv import Trigger
 from vessel_hsmc_msgs.msg import ReferenceState
 
 from vessel_hsmc_ros.core.kinematics import as_published
-from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip, VirtualShipParameters
+from vessel_hsmc_ros.guidance.programs import ReferenceShip, VirtualShipParameters
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode

@@ -15,7 +15,7 @@ from sensor_msgs.msg import NavSatFix
 
 from vessel_hsmc_ros.cli.main import main
 from vessel_hsmc_ros.cli.watch import line, table
-from vessel_hsmc_ros.control.safety.reasons import Operation
+from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.nodes import qos, remote
 from vessel_hsmc_ros.nodes.controller import ControllerNode

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from safety_sequences import drive
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.control.safety.samples import Freshness
 from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.nodes.controller import ControllerNode

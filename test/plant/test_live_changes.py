@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, PeriodicParameters
+from vessel_hsmc_ros.plant.disturbance import (
+    CurrentParameters,
+    EarthFixedParameters,
+    PeriodicParameters,
+    WaveParameters,
+    drift_force,
+    make_sea,
+    with_waves,
+)
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
-from vessel_hsmc_ros.plant.waves import WaveParameters, drift_force, make_sea, with_waves
 
 PERIOD = 0.01
 CALM = PeriodicParameters(0.0, 0.0, 0.0)

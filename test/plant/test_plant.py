@@ -9,6 +9,7 @@ from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.plant.disturbance import (
     EarthFixedParameters,
     PeriodicParameters,
+    WaveParameters,
     body_wrench,
     next_gust,
     periodic_wrench,
@@ -17,7 +18,6 @@ from vessel_hsmc_ros.plant.disturbance import (
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, derivative, rk4, unforced_acceleration
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
-from vessel_hsmc_ros.plant.waves import WaveParameters
 from vessel_sim_node import plant as public
 
 SHIP = VesselParameters().coefficients()

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, as_motion
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
-from vessel_hsmc_ros.plant.waves import (
+from vessel_hsmc_ros.plant.disturbance import (
     WATER_DENSITY,
     WaveParameters,
     advanced,
@@ -17,6 +16,7 @@ from vessel_hsmc_ros.plant.waves import (
     spectrum,
     with_waves,
 )
+from vessel_hsmc_ros.plant.dynamics import ShipParameters
 
 REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 STILL = (0.0, 0.0)

@@ -8,7 +8,7 @@ from harness import BIN
 from mcap_ros2.reader import read_ros2_messages
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.simulation.offline import simulate
 
 FENCE = [-20.0, -20.0, 20.0, -20.0, 20.0, 20.0, -20.0, 20.0, -20.0, -20.0]

@@ -8,7 +8,7 @@ from guarantees import GUARANTEES
 from pages import held_by, safety_page, with_defaults
 from remedies import REMEDIES
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")

@@ -17,7 +17,7 @@ from unrendered import leave_unrendered
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.report import Record, diagrams, figures
 from vessel_hsmc_ros.report.page_kit import Payload
 from vessel_hsmc_ros.report.panels import overlays, panels

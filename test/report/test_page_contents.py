@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from records import make_run, record
 
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
-from vessel_hsmc_ros.core.track_errors import TrackErrors
+from vessel_hsmc_ros.core.metrics import TrackErrors
 from vessel_hsmc_ros.report import Record, figures, making, page
 from vessel_hsmc_ros.report.making import Options
 from vessel_hsmc_ros.report.page_kit import TRACK_POINTS, Payload

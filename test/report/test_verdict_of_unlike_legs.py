@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.core.track_errors import TrackErrors
+from vessel_hsmc_ros.core.metrics import Metrics, TrackErrors
 from vessel_hsmc_ros.report import Record, record
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario

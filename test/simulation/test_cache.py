@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.core.kernel import KERNELS, bound, kernel
 from vessel_hsmc_ros.scenario.scenario import load_scenario, make_law
-from vessel_hsmc_ros.simulation import compilation, preparation
+from vessel_hsmc_ros.simulation import compilation, compiled_loop
 from vessel_hsmc_ros.simulation.compilation import Compiled
 from vessel_hsmc_ros.simulation.compile import THRUSTERS
-from vessel_hsmc_ros.simulation.preparation import Kept
+from vessel_hsmc_ros.simulation.compiled_loop import Kept
 
 Array = NDArray[np.float64]
 
@@ -118,8 +118,8 @@ def modules_of_kernels() -> set[Path]:
         law = make_law(scenario.controller)
         assert isinstance(law, KernelLaw)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(preparation, "compiled", bound)  # two samples: faster than to compile
-            names |= {each.__module__ for each in types_in(preparation.prepare(scenario, 2, law))}
+            patch.setattr(compiled_loop, "compiled", bound)  # two samples: faster than to compile
+            names |= {each.__module__ for each in types_in(compiled_loop.prepare(scenario, 2, law))}
     names |= {Kept.__module__}
     files = {inspect.getsourcefile(sys.modules[name]) for name in names if name.startswith("vessel_hsmc_ros.")}
     return {Path(str(file)) for file in files}

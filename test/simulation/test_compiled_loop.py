@@ -9,7 +9,7 @@ from compiling import only_compiled
 from hulls import COUPLING
 
 from vessel_hsmc_ros.control.laws import LAWS
-from vessel_hsmc_ros.control.laws.pd import PdController, PdParameters
+from vessel_hsmc_ros.control.laws.course import PdController, PdParameters
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, scenario_names

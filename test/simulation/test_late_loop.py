@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.control.laws import LAWS
-from vessel_hsmc_ros.control.laws.pd import PdParameters
+from vessel_hsmc_ros.control.laws.course import PdParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.offline import ClosedLoop, simulate

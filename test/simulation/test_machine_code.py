@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core import arrays
+from vessel_hsmc_ros.core import kernel as kernels
 from vessel_hsmc_ros.simulation.compilation import uninterrupted
 
 numba = pytest.importorskip("numba")
@@ -56,7 +56,7 @@ def test_the_loops_of_compiled_kernels_give_what_numpy_gives(name: str) -> None:
     scratch = (np.empty_like(start),) if operation == "add_outer" else ()
     typed = (numba.typeof(each) for each in (*given, start, *scratch))
     implementation = getattr(numba_additions, f"_{operation}")(*typed)
-    for function, out in zip((getattr(arrays, operation), implementation), results, strict=True):
+    for function, out in zip((getattr(kernels, operation), implementation), results, strict=True):
         function(*given, out, *scratch)
     np.testing.assert_array_equal(results[0], results[1])
     assert (results[0] != start).all()

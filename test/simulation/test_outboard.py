@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.steering import moment_limit, steering
+from vessel_hsmc_ros.core.hull import moment_limit, steering
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.simulation.offline import ClosedLoop

@@ -9,7 +9,7 @@ import numpy as np
 from bag_making import STORE, serialized
 from mcap.writer import Writer
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.messages.topics import definition
 from vessel_hsmc_ros.studies.identification.types import Measurements, vessel
 from vessel_hsmc_ros.studies.identification.windows import simulated, windows

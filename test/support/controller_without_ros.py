@@ -8,8 +8,7 @@ from typing import Any
 from unittest.mock import patch
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.schema import build

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.studies.identification.types import Measurements, vessel
 from vessel_hsmc_ros.studies.identification.windows import simulated, windows
 

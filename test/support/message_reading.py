@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 
 CONTROL_FIELDS = (*Terms._fields, "compute_time", "missed_periods")
 

@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from vessel_hsmc_ros.control.loop.observer import Observer
-from vessel_hsmc_ros.control.loop.observer_filter import ObserverConstants, ObserverState, observe
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.control.loop.observer import Observer, ObserverConstants, ObserverState, observe
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.studies.identification.types import HULL, Measurements, vessel

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.guidance.motion_filter import MotionLimits, filter_of
+from vessel_hsmc_ros.guidance.goal import MotionLimits, filter_of
 from vessel_sim_node.plant import VesselParameters
 
 PERIOD = 0.1

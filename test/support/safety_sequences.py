@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 from controller_without_ros import ControllerWithoutRos, Pair
 
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.control.safety.parameters import ACTIONS
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.parameters import ACTIONS, Operation, Reason
 from vessel_hsmc_ros.control.safety.samples import Sample
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion

@@ -5,7 +5,7 @@ A name in braces, such as {controller.input_timeout}, stands for the default of 
 
 from typing import NamedTuple
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 
 
 class Guarantee(NamedTuple):

@@ -1,6 +1,6 @@
 """What to do about each reason of a safe action: a column of the table of reasons in docs/safety.md."""
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 
 REMEDIES: dict[Reason, str] = {
     Reason.NONE: "",

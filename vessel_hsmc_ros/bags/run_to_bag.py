@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
-from vessel_hsmc_ros.control.safety.reasons import Operation
+from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Published

@@ -12,8 +12,8 @@ import numpy as np
 from vessel_hsmc_ros.bags.mcap_writer import McapFile
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, qos_entry, write_metadata, yaml_text
 from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.core.version import __version__
 
 __all__ = ["PARAMETERS", "RECORDING", "SCENARIO", "BagWriter", "Splitting", "Topic", "qos_entry"]
 

@@ -12,8 +12,8 @@ from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.parameters import DriveParameters
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.core.limits import between, clip
-from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST
+from vessel_hsmc_ros.core.kernel import between, clip
+from vessel_hsmc_ros.core.thruster_layout import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos

@@ -15,7 +15,7 @@ from std_msgs.msg import Float64
 from vessel_hsmc_ros.boats.handover import Sticks
 from vessel_hsmc_ros.boats.mavlink_messages import RELEASED, YAW_RATE_AND_THRUST, Pulses, axes, axis_width, overrides
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.command_input import CommandInput

@@ -8,8 +8,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.kinematics import Motion, in_body_frame, wrap
-from vessel_hsmc_ros.core.limits import clip
 
 AXIS = 1000  # the largest deflection of MANUAL_CONTROL
 RELEASED = 0  # what RC_CHANNELS_OVERRIDE has for a channel that is given back to the radio

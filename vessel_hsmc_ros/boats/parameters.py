@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.core.thrust_curve import HIGHEST, LOWEST, ThrustCurve, thrust_curve
+from vessel_hsmc_ros.core.thruster_layout import HIGHEST, LOWEST, ThrustCurve, thrust_curve
 from vessel_hsmc_ros.scenario.parameter_groups import CommonParameters, command_timeout, ramp_time, transform
 
 

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.boats.handover import FAILSAFE, Handover
 from vessel_hsmc_ros.boats.mavlink_messages import BootClock
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
 from vessel_hsmc_ros.boats.takeover import Takeover
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos

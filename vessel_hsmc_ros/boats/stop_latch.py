@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from std_srvs.srv import Trigger
 
-from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.kernel import between
 from vessel_hsmc_ros.nodes.base import VesselNode
 
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kernel import between
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
-from vessel_hsmc_ros.core.limits import between
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import Simulator

@@ -8,7 +8,7 @@ from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.boats.parameters import WatchdogParameters
 from vessel_hsmc_ros.boats.stop_latch import StopLatch
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode

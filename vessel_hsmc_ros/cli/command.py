@@ -10,8 +10,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_error, print_status, print_warning
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE, raise_at_interrupt
 from vessel_hsmc_ros.core.exceptions import BagWarning, NoBagError, ParameterError, ScenarioError, VesselHsmcError
-from vessel_hsmc_ros.core.install_paths import missing_module, require
-from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.core.install_paths import __version__, missing_module, require
 
 GROUPS = {
     "Simulate a ship": {

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.cli.options import (
     scenario_argument,
     set_option,
 )
-from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
+from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries

@@ -1,4 +1,7 @@
-"""Where the package's own data files are installed, and what an incomplete installation lacks."""
+"""Where the package's own data files are installed, and what an incomplete installation lacks.
+
+The version of the installed package; its source is package.xml.
+"""
 
 import os
 import re
@@ -6,10 +9,14 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
+
+__version__ = version("vessel_hsmc_ros")
+
 
 PACKAGE = "vessel_hsmc_ros"
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
 
 if TYPE_CHECKING:

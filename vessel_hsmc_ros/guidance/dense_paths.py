@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.fence import from_ways
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.guidance.polyline import LEAST_ANGLE, SHARPEST, THROUGH, Part, Ship, Waypoint, corner_of, fitted_turning
 from vessel_hsmc_ros.guidance.route import Element, Route
-from vessel_hsmc_ros.guidance.turning import Turning
+from vessel_hsmc_ros.guidance.sailing import Turning
+from vessel_hsmc_ros.guidance.waypoints import LEAST_ANGLE, SHARPEST, THROUGH, Part, Ship, Waypoint, corner_of, fitted_turning
 
 Points = NDArray[np.complex128]
 

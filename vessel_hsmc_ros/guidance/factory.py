@@ -7,25 +7,15 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.fence import Fence, FenceParameters, allowed, fence_of, leaving
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.guidance.course import CourseReference, CourseReferenceParameters
 from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, CurveReference, Demand, Pace, check_feasible
-from vessel_hsmc_ros.guidance.following import FollowingReference, PacedReference, Waiting, waiting_of
-from vessel_hsmc_ros.guidance.goal import GoalReference
-from vessel_hsmc_ros.guidance.kernel_reference import KernelReference, follow
-from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
-from vessel_hsmc_ros.guidance.motion_filter import Filtered, MotionLimits, filter_of
-from vessel_hsmc_ros.guidance.path import PathReference
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
-from vessel_hsmc_ros.guidance.polyline import THROUGH, Ship, Waypoint
-from vessel_hsmc_ros.guidance.scheduled import PATH, GoalParameters, PathParameters, Point, scheduled_goals, scheduled_path
-from vessel_hsmc_ros.guidance.shapes import (
+from vessel_hsmc_ros.guidance.curves import (
     CircleParameters,
     ExpandingSquareParameters,
     FigureEightParameters,
@@ -33,11 +23,32 @@ from vessel_hsmc_ros.guidance.shapes import (
     SquareParameters,
     StraightParameters,
 )
+from vessel_hsmc_ros.guidance.following import FollowingReference, PacedReference, Waiting, waiting_of
+from vessel_hsmc_ros.guidance.goal import Filtered, GoalReference, MotionLimits, filter_of
+from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
+from vessel_hsmc_ros.guidance.path import PathReference
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
+from vessel_hsmc_ros.guidance.programs import (
+    CourseReference,
+    CourseReferenceParameters,
+    KernelReference,
+    ReferenceShip,
+    VirtualShipParameters,
+    follow,
+)
+from vessel_hsmc_ros.guidance.sailing import TravelLimits
 from vessel_hsmc_ros.guidance.timetable import TimetableMemory, TimetableReference
-from vessel_hsmc_ros.guidance.turning import TravelLimits
-from vessel_hsmc_ros.guidance.virtual_ship import ReferenceShip, VirtualShipParameters
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.guidance.waypoints import (
+    PATH,
+    THROUGH,
+    GoalParameters,
+    PathParameters,
+    Point,
+    Ship,
+    Waypoint,
+    scheduled_goals,
+    scheduled_path,
+)
 
 
 class Reference(Protocol):

@@ -19,11 +19,9 @@ from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.guidance.motion_filter import MotionLimits
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.guidance.goal import MotionLimits
 
 TRAIL_POINTS = 64  # number of points in which the way behind the reference is kept, up to where its clock stands
 
@@ -73,10 +71,7 @@ def demanded_pace(lag: float, waiting: Waiting) -> float:
 
 
 def next_pace(m: PaceMemory, demand: float, T: float, h: float) -> PaceStep:
-    """The exact solution of the two lags over a step with a constant demand.
-
-    `T`: time constant, s. `h`: length of the step, s.
-    """
+    """The exact solution of the two lags over a step with a constant demand."""
     decay, a, s = math.exp(-h / T), m.a - demand, m.s - demand
     # Rounding may leave the range by a last digit.
     after = (min(max(value, 0.0), 1.0) for value in (demand + a * decay, demand + (s + a * h / T) * decay))

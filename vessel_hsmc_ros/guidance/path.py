@@ -12,19 +12,15 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.dense_paths import Scale, ahead, thinned, wide_corners
-from vessel_hsmc_ros.guidance.on_the_spot import halt, spot_turn
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, replaced, stretch, stretches_of
-from vessel_hsmc_ros.guidance.polyline import STOP, THROUGH, Part, Planned, Ship, Waypoint, begun, fitted_turning, join, polyline
-from vessel_hsmc_ros.guidance.route import Element, Route, straight
-from vessel_hsmc_ros.guidance.sailing import Sailing, sail
-from vessel_hsmc_ros.guidance.scheduled import Point
-from vessel_hsmc_ros.guidance.speed_profile import FREE, Section, changes_of
+from vessel_hsmc_ros.guidance.route import FREE, Element, Route, Section, changes_of, straight
+from vessel_hsmc_ros.guidance.sailing import Sailing, TravelLimits, check_straight, halt, largest_acceleration, sail, spot_turn
 from vessel_hsmc_ros.guidance.timetable import (
     Timetable,
     TimetableConstants,
@@ -36,10 +32,19 @@ from vessel_hsmc_ros.guidance.timetable import (
     motion_at,
     world_rows,
 )
-from vessel_hsmc_ros.guidance.turning import TravelLimits, check_straight, largest_acceleration
-
-Array = NDArray[np.float64]
-
+from vessel_hsmc_ros.guidance.waypoints import (
+    STOP,
+    THROUGH,
+    Part,
+    Planned,
+    Point,
+    Ship,
+    Waypoint,
+    begun,
+    fitted_turning,
+    join,
+    polyline,
+)
 
 SLOW = 0.5  # share of the required speed below which the mean speed of a path is named
 DISTINCT = 2e-3  # waypoints nearer to each other than this are one, relative to the radius of gyration of the hull

@@ -19,11 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.fence import Fence, leaving
-from vessel_hsmc_ros.core.track_errors import NO_LEG, TrackErrors
-from vessel_hsmc_ros.guidance.route import Element, Route
-from vessel_hsmc_ros.guidance.speed_profile import SpeedProfile
+from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.core.metrics import NO_LEG, TrackErrors
+from vessel_hsmc_ros.guidance.route import Element, Route, SpeedProfile
 
-Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 STEPS, LEAST_SLOPE = 12, 0.25

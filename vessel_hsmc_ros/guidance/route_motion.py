@@ -23,19 +23,14 @@ from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import require
-from vessel_hsmc_ros.guidance.curve_motion import Velocities, hull_velocities, inputs
-from vessel_hsmc_ros.guidance.drift import steady_drift
-from vessel_hsmc_ros.guidance.route import Route
-from vessel_hsmc_ros.guidance.speed_profile import SpeedProfile
+from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.guidance.curve_motion import Velocities, hull_velocities, inputs, steady_drift
+from vessel_hsmc_ros.guidance.route import Route, SpeedProfile
 from vessel_hsmc_ros.guidance.timetable import Timetable
 from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping
-
-Array = NDArray[np.float64]
-
 
 TOLERANCE = 1e-9  # relative residual of the collocation, so small that its choice of instants does not show
 SMALL_MESH, FINER, LARGEST_MESH = 200_000, 20, 2_000_000
@@ -78,10 +73,7 @@ class DriftOverTime(NamedTuple):
 
 
 def travel_at(t: Array, route: Route, profile: SpeedProfile) -> Travel:
-    """Where a ship is on a route.
-
-    `t`: times, s.
-    """
+    """Where a ship is on a route. `t`: times, s."""
     s, W, dW = profile.at(t)
     return Travel(s, W, dW, *route.curvature(s))
 
@@ -225,10 +217,7 @@ def motion_along(
 
 
 def timetable(motion: RouteMotion, route: Route, begin: float) -> Timetable:
-    """The motion as a table.
-
-    `begin`: time at which it begins, s.
-    """
+    """The motion as a table. `begin`: time at which it begins, s."""
     travel, drift = motion.travel, motion.drift
     p, chi = route.position(travel.s), route.course(travel.s)
     along = np.exp(1j * chi)

@@ -9,15 +9,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.guidance.input_program import passed
-from vessel_hsmc_ros.guidance.kernel_reference import KernelReference
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
-
-Array = NDArray[np.float64]
+from vessel_hsmc_ros.guidance.programs import KernelReference, passed
 
 
 class Timetable(NamedTuple):
@@ -102,10 +98,7 @@ def column(rows: Array, i: int, j: int) -> tuple[float, float, float]:
 
 @kernel
 def motion_at(time: float, table: Timetable) -> tuple[Motion, Acceleration]:
-    """State, and the derivatives of its velocities; before the first and after the last time the ship is at rest.
-
-    `time`: time, s.
-    """
+    """State, and the derivatives of its velocities; before the first and after the last time the ship is at rest."""
     i, last = passed(table.times, time) - 1, len(table.times) - 1
     if i < 0 or i >= last:
         i = 0 if i < 0 else last
@@ -135,10 +128,7 @@ def read(m: TimetableMemory, c: TimetableConstants) -> tuple[Motion, Acceleratio
 
 
 class TimetableReference(KernelReference):
-    """A motion that is known ahead, in discrete time.
-
-    `period`: length of a step, s.
-    """
+    """A motion that is known ahead, in discrete time."""
 
     move, read = staticmethod(move), staticmethod(read)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, heading_from_quaternion, quaternion_from_heading
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from nav_msgs.msg import Odometry
     from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
-    from vessel_hsmc_ros.core.arrays import Array
+    from vessel_hsmc_ros.core.kernel import Array
 
 
 WORLD, BODY = "odom", "base_link"

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
 Field = Callable[[str], Any]  # returns a field of all messages, by its dotted name

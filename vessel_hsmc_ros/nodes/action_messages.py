@@ -14,7 +14,7 @@ from nav_msgs.msg import Path
 
 from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged, same
-from vessel_hsmc_ros.guidance.scheduled import NONE, Point
+from vessel_hsmc_ros.guidance.waypoints import NONE, Point
 from vessel_hsmc_ros.messages.conversions import read_goal, read_path, time_message
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.scenario.parameter_groups import OWNER

@@ -16,12 +16,11 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from vessel_hsmc_ros.control.safety.reasons import Operation
+from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.guidance.factory import half_length
-from vessel_hsmc_ros.guidance.progress import Progress
-from vessel_hsmc_ros.guidance.tasks import Code, Done, Goal, Limits, Order, Output, Report, Sail, Sight, Tasks
+from vessel_hsmc_ros.guidance.tasks import Code, Done, Goal, Limits, Order, Output, Progress, Report, Sail, Sight, Tasks
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.action_messages import ACTIONS, Action, Frames, Way, action_type, duration, filled, missed
 from vessel_hsmc_ros.nodes.vessel_sight import VesselSight

@@ -7,7 +7,7 @@ from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.control.safety.samples import Freshness, Sample
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds

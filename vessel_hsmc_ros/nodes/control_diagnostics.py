@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
-from vessel_hsmc_ros.control.safety.heading import NAMED_BIAS, Bias
-from vessel_hsmc_ros.control.safety.monitors import Alarm
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.monitors import NAMED_BIAS, Alarm, Bias
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.nodes.reporting import ERROR, MINUTE, OK, WARN, DiagnosticTask, Recent, bounded, counted, saturation

@@ -11,13 +11,13 @@ from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
-from vessel_hsmc_ros.control.interface.actuator_identification import described
-from vessel_hsmc_ros.control.interface.terms import Terms
-from vessel_hsmc_ros.control.laws.hierarchical_bounds import sway_warning
-from vessel_hsmc_ros.control.safety.enabling import hull_problem
+from vessel_hsmc_ros.control.interface.actuators import described
+from vessel_hsmc_ros.control.interface.law import Terms
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import sway_warning
 from vessel_hsmc_ros.control.safety.monitors import Alarm
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import NO_WRENCH
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
+from vessel_hsmc_ros.control.safety.samples import hull_problem
+from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos

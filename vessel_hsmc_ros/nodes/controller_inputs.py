@@ -9,12 +9,10 @@ from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
 from vessel_hsmc_msgs.msg import ReferenceState
 
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
-from vessel_hsmc_ros.control.safety.dead_reckoning import DeadReckoning
-from vessel_hsmc_ros.control.safety.enabling import distance_problem, fence_problem
-from vessel_hsmc_ros.control.safety.reasons import Reason
-from vessel_hsmc_ros.control.safety.samples import Jumps, Sample, Verdict
+from vessel_hsmc_ros.control.safety.parameters import Reason
+from vessel_hsmc_ros.control.safety.samples import DeadReckoning, Jumps, Sample, Verdict, distance_problem, fence_problem
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, in_body_frame
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds

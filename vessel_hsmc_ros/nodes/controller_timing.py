@@ -3,9 +3,9 @@
 from abc import ABC, abstractmethod
 from contextlib import AbstractContextManager
 
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.nodes.control_diagnostics import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, Desired, Measured
 from vessel_hsmc_ros.nodes.managed import ManagedNode

@@ -14,8 +14,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import GoalError, RefusalError
 from vessel_hsmc_ros.core.fence import fence_of, leaving
-from vessel_hsmc_ros.guidance.polyline import THROUGH, Waypoint
-from vessel_hsmc_ros.guidance.scheduled import NONE, Point
+from vessel_hsmc_ros.guidance.waypoints import NONE, THROUGH, Point, Waypoint
 from vessel_hsmc_ros.nodes.action_messages import Way
 
 FIRST_LEAD, LONGER = 0.5, 2.0

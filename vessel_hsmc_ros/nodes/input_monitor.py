@@ -6,8 +6,7 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason
 from vessel_hsmc_ros.control.safety.samples import REPEATED, Freshness, Sample
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.nodes.reporting import DiagnosticTask, RecentProblem

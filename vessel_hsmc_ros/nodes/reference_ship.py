@@ -15,7 +15,7 @@ from vessel_hsmc_msgs.msg import ReferenceState
 from vessel_hsmc_ros.core.exceptions import GoalError, InstallationError
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import make_held_reference
-from vessel_hsmc_ros.guidance.scheduled import Point
+from vessel_hsmc_ros.guidance.waypoints import Point
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.conversions import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos

@@ -15,7 +15,7 @@ from sensor_msgs.msg import BatteryState, NavSatFix
 from std_msgs.msg import Empty
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions

@@ -12,9 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, fill, put, whole_periods
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import DelayLine, clip, delayed, fill, kernel, put, whole_periods
 from vessel_hsmc_ros.core.schema import parameter
 
 
@@ -78,8 +76,7 @@ class Actuator(NamedTuple):
 def actuator(limit: float, rate: float, lag: float, period: float, dead_time: float = 0.0) -> Actuator:
     """The constants of an actuator.
 
-    `rate`: largest rate of change, per second. `lag`: T_l, s. `period`: T, s. `dead_time`: time before a command begins to act,
-    s.
+    `rate`: largest rate of change, per second. `lag`: T_l, s. `dead_time`: time before a command begins to act, s.
     """
     share = 1.0 if lag == 0.0 else -math.expm1(-period / lag)
     return Actuator(limit, rate * period, share, lag == 0.0, whole_periods(dead_time, period))

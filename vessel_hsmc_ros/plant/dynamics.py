@@ -51,8 +51,7 @@ from typing import Any
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion, to_body
 from vessel_hsmc_ros.plant.hull_parameters import (
     ShipParameters,
@@ -193,11 +192,7 @@ def derivative(state: Array, wrench: Any, disturbance: Any, vessel: Vessel, curr
 
 @kernel
 def rate_of_motion(
-    motion: Motion,
-    wrench: Wrench,
-    disturbance: tuple[float, float, float],
-    vessel: Vessel,
-    current: tuple[float, float],
+    motion: Motion, wrench: Wrench, disturbance: tuple[float, float, float], vessel: Vessel, current: tuple[float, float]
 ) -> Motion:
     """`derivative` of a motion; the arguments are the same.
 
@@ -209,12 +204,7 @@ def rate_of_motion(
     f_u, f_v, f_r = unforced(motion, vessel, current)
     a_u, a_v, a_r = acceleration(wrench, vessel)
     return Motion(
-        u * c - v * s,
-        u * s + v * c,
-        r,
-        f_u + a_u + disturbance[0],
-        f_v + a_v + disturbance[1],
-        f_r + a_r + disturbance[2],
+        u * c - v * s, u * s + v * c, r, f_u + a_u + disturbance[0], f_v + a_v + disturbance[1], f_r + a_r + disturbance[2]
     )
 
 
@@ -231,12 +221,7 @@ def unforced(motion: Motion, vessel: Vessel, current: tuple[float, float]) -> tu
 
 
 def rk4(
-    state: Array,
-    wrench: Any,
-    disturbance: Any,
-    vessel: Vessel,
-    step: float,
-    current: tuple[float, float] = STILL_WATER,
+    state: Array, wrench: Any, disturbance: Any, vessel: Vessel, step: float, current: tuple[float, float] = STILL_WATER
 ) -> Array:
     """Advance the state by one step; the local error is of order step⁵.
 

@@ -19,8 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force
 
 SHARES = ((1.0, 1e3), (0.3, 30.0), (0.1, 1.0), (0.03, 0.1), (0.01, 0.01))

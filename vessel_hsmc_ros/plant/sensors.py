@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.delay_line import whole_periods
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import kernel, whole_periods
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
@@ -107,10 +106,7 @@ def measurement(motion: Motion, held: Motion, sampled: tuple[bool, bool, bool], 
 
 
 class Sampling:
-    """The instants at which each sensor samples.
-
-    `rates_hz`: sampling rates, 0 for every message.
-    """
+    """The instants at which each sensor samples. `rates_hz`: sampling rates, 0 for every message."""
 
     def __init__(self, rates_hz: tuple[float, float, float]) -> None:
         self._grids = [RateGrid(rate) if rate else None for rate in rates_hz]

@@ -16,14 +16,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import between, clip, kernel
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, FIXED, RUDDER, ThrusterLayout
 from vessel_hsmc_ros.plant.actuators import follow
 from vessel_hsmc_ros.plant.dynamics import Wrench
-from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
-from vessel_hsmc_ros.plant.step import PlantConstants, PlantState
+from vessel_hsmc_ros.plant.simulator import PlantConstants, PlantParameters, PlantState, Simulator
 
 
 class Thrusters(NamedTuple):
@@ -55,10 +53,7 @@ class ThrusterState(NamedTuple):
 
 
 def thrusters_of(layout: ThrusterLayout, period: float, sequence: Callable[[list[float]], Any] = tuple) -> Thrusters:
-    """The constants of the thrusters.
-
-    `period`: T, s. `sequence`: what to keep their values in: tuples, or arrays for compiled kernels.
-    """
+    """The constants of the thrusters. `sequence`: what to keep their values in: tuples, or arrays for compiled kernels."""
     each = layout.thrusters()
     rows: list[list[float]] = [
         [t.kind for t in each],
@@ -148,10 +143,7 @@ class ThrusterPlant(Simulator):
 
 
 def make_plant(parameters: PlantParameters, period: float) -> Any:
-    """The plant that parameters describe: driven by thrusters or by a wrench.
-
-    `period`: time between two odometry messages, s.
-    """
+    """The plant that parameters describe: driven by thrusters or by a wrench. `period`: time between two odometry messages, s."""
     return (ThrusterPlant if parameters.by_thrusters else Simulator)(parameters, period)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 
 OK, TODO, WRONG = "ok", "todo", "wrong"
 """Levels of a finding: as it must be, not shown yet, or a mistake; the text of the last two has what to do."""

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.preflight.measured_motion import carried
 
 GRID = 0.1  # interval to which motion and commands are brought, s

@@ -8,7 +8,7 @@ import numpy as np
 from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.boats.interfaces import Interface
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.state_columns import CONTROL_STATE, KNOWN, columns_of
 from vessel_hsmc_ros.messages.topics import EVENTS

@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from vessel_hsmc_msgs.msg import ControlState, Event
 
 from vessel_hsmc_ros.boats.interfaces import Interface
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.timing import NANOSECONDS

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.preflight.connection import Connection
 from vessel_hsmc_ros.preflight.stamp_rules import times_of
 

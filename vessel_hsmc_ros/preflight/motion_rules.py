@@ -9,9 +9,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vessel_hsmc_ros.control.safety.heading import DEVIATIONS, NAMED_BIAS, bias, block_length
-from vessel_hsmc_ros.control.safety.monitors import SLOW_SPEED, Compared, explained
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.control.safety.monitors import DEVIATIONS, NAMED_BIAS, SLOW_SPEED, Compared, bias, block_length, explained
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
 from vessel_hsmc_ros.preflight.measured_motion import (

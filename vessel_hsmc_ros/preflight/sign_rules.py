@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.control.safety.monitors import SLOW_SPEED
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
 from vessel_hsmc_ros.preflight.effects import GRID, Effect, Motion, driven, effect, least_smoothed, smoothed_command, tracked

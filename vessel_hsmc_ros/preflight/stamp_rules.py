@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.preflight.connection import Connection, Role, Topic
 
 LEAST_STEP, SIDE, BESIDE = 0.3, 5, 2.0

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.safety.stopping import Water, stop
+from vessel_hsmc_ros.control.safety.fence_guard import Water, stop
 from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error

@@ -14,7 +14,11 @@ from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.metrics import (
     NOISE_PEAK,
     Metrics,
+    Passed,
+    TrackErrors,
     evaluate,
+    missed,
+    per_leg,
     position_error,
     reversals_per_second,
     rms,
@@ -24,10 +28,9 @@ from vessel_hsmc_ros.core.metrics import (
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
 from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.core.track_errors import Passed, TrackErrors, missed, per_leg
 from vessel_hsmc_ros.guidance.factory import PLANNED, track_of
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, leg_count, passed, track_errors
-from vessel_hsmc_ros.guidance.scheduled import Point
+from vessel_hsmc_ros.guidance.waypoints import Point
 from vessel_hsmc_ros.plant.hull_check import bounded, outside
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

@@ -4,14 +4,12 @@ import dataclasses
 import math
 from typing import Any
 
-from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
+from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
 from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, Fallback, Watch
 from vessel_hsmc_ros.control.loop.controlled_point import ControlledPoint, controlled_point_of
-from vessel_hsmc_ros.control.safety.fence_guard import FenceGuard
-from vessel_hsmc_ros.control.safety.safe_action import Authority
-from vessel_hsmc_ros.control.safety.stopping import Braking
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.fence_guard import Braking, FenceGuard
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters

@@ -8,7 +8,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.fence import FenceParameters
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.guidance.scheduled import NONE
+from vessel_hsmc_ros.guidance.waypoints import NONE
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 
 

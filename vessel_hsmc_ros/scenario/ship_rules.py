@@ -29,7 +29,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.guidance.curves import Arc, Curve
-from vessel_hsmc_ros.guidance.turning import LARGEST_DRIFT, LARGEST_SHARE
+from vessel_hsmc_ros.guidance.sailing import LARGEST_DRIFT, LARGEST_SHARE
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
 
 AIR_DENSITY = 1.2

@@ -11,13 +11,13 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from vessel_hsmc_ros.control.laws import LAWS
-from vessel_hsmc_ros.control.laws.hierarchical_bounds import sway_warning
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import sway_warning
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import REFERENCES, make_reference
-from vessel_hsmc_ros.guidance.scheduled import scheduled_goals, scheduled_path
+from vessel_hsmc_ros.guidance.waypoints import scheduled_goals, scheduled_path
 from vessel_hsmc_ros.plant.hull_check import hull_warning
 from vessel_hsmc_ros.scenario.parameters import VESSEL_NAME
 from vessel_hsmc_ros.scenario.scenario import Scenario

@@ -15,12 +15,11 @@ from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import make_reference
-from vessel_hsmc_ros.guidance.kernel_reference import follow
+from vessel_hsmc_ros.guidance.programs import follow
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
-from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop
+from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop, reference_of
 from vessel_hsmc_ros.simulation.loop import is_compilable
-from vessel_hsmc_ros.simulation.preparation import reference_of
 
 THRUSTERS = share_directory() / "config" / "thrusters" / "case2_thrusters.yaml"
 
@@ -37,10 +36,7 @@ class Program(NamedTuple):
         return f"law {self.law}{' with thrusters' * self.by_thrusters}{' with the observer' * self.observed}"
 
 
-OFTEN = (
-    Program("guided", observed=True),
-    *(Program(law, by_thrusters=True) for law in ("guided", "open_loop")),
-)
+OFTEN = (Program("guided", observed=True), *(Program(law, by_thrusters=True) for law in ("guided", "open_loop")))
 """Programs that are often used, besides each law alone; `init --thrusters` takes the last one."""
 
 MODES = ("course", "goal", "path", "circle")

@@ -13,15 +13,23 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, as_motion, to_body, wrap
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.plant.dynamics import acceleration
 from vessel_hsmc_ros.plant.sensors import Sampling
-from vessel_hsmc_ros.plant.simulator import Simulator
-from vessel_hsmc_ros.plant.step import PlantConstants, PlantState, advance, apply, disturbance, is_finite, measure, shown
+from vessel_hsmc_ros.plant.simulator import (
+    PlantConstants,
+    PlantState,
+    Simulator,
+    advance,
+    apply,
+    disturbance,
+    is_finite,
+    measure,
+    shown,
+)
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 
@@ -42,9 +50,8 @@ def hold_command(
 ) -> PlantState:
     """The state after some periods under one command, with the measurement of the last one.
 
-    `times`: starts of the periods, (n,) s. `period`: s. `wrench`: commanded surge force, N, and yaw moment, N·m. `sampled`:
-    whether each sensor samples at the end of a period, (n, 3). `sensor_noise`, `gust_noise`: standard normal numbers, (n, 6) and
-    (n, 2).
+    `times`: starts of the periods, (n,) s. `wrench`: commanded surge force, N, and yaw moment, N·m. `sampled`: whether each
+    sensor samples at the end of a period, (n, 3). `sensor_noise`, `gust_noise`: standard normal numbers, (n, 6) and (n, 2).
     """
     for k in range(len(times)):
         disturbing = acceleration(disturbance(times[k], c, state), c.vessel)

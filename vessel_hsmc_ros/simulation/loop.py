@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.kernel_law import FLAGS, KernelLaw
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms, lyapunov_function, lyapunov_rates, weight_norms
+from vessel_hsmc_ros.control.interface.law import Law, Terms, lyapunov_function, lyapunov_rates, weight_norms
 from vessel_hsmc_ros.control.loop.allocation import Allocation
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import Reference, make_reference

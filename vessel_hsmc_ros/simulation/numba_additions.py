@@ -6,7 +6,7 @@ from typing import Any
 from numba.core.types import Array
 from numba.extending import overload, overload_method
 
-from vessel_hsmc_ros.core import arrays
+from vessel_hsmc_ros.core.kernel import add, add_outer, multiply
 
 
 @overload(math.remainder)  # type: ignore[untyped-decorator]
@@ -40,7 +40,7 @@ def _tolist(array: Any) -> Any:  # noqa: ARG001
     return implementation
 
 
-@overload(arrays.multiply)  # type: ignore[untyped-decorator]
+@overload(multiply)  # type: ignore[untyped-decorator]
 def _multiply(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
     if out.ndim == 2:
         return _multiply_rows if isinstance(y, Array) else _scale_rows
@@ -76,7 +76,7 @@ def _multiply_rows(x: Any, y: Any, out: Any) -> None:
                 out[i, j] = factor * y[j]
 
 
-@overload(arrays.add)  # type: ignore[untyped-decorator]
+@overload(add)  # type: ignore[untyped-decorator]
 def _add(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
     def implementation(x: Any, y: Any, out: Any) -> None:
         for i in range(out.shape[0]):
@@ -86,7 +86,7 @@ def _add(x: Any, y: Any, out: Any) -> Any:  # noqa: ARG001
     return implementation
 
 
-@overload(arrays.add_outer)  # type: ignore[untyped-decorator]
+@overload(add_outer)  # type: ignore[untyped-decorator]
 def _add_outer(x: Any, y: Any, out: Any, scratch: Any) -> Any:  # noqa: ARG001
     def implementation(x: Any, y: Any, out: Any, scratch: Any) -> None:  # noqa: ARG001 - each product is added at once
         for i in range(out.shape[0]):

@@ -16,8 +16,7 @@ from vessel_hsmc_ros.control.loop.control_period import (
     period_of,
 )
 from vessel_hsmc_ros.control.loop.observer import Observer
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.loop import is_compilable

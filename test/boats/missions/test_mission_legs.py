@@ -21,7 +21,7 @@ from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference, track_of
-from vessel_hsmc_ros.guidance.scheduled import waypoints_of
+from vessel_hsmc_ros.guidance.waypoints import waypoints_of
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 LAWN = [(100.0, 0.0), (100.0, 12.0), (0.0, 12.0), (0.0, 24.0), (100.0, 24.0), (100.0, 36.0), (0.0, 36.0)]

@@ -9,8 +9,17 @@ from compiling import only_compiled
 
 from vessel_hsmc_ros.control.guided.controller import LONGEST_AGE, GuidedController
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.control.interface.actuator_identification import BEST, Bank, bank, first_state, grid, identify, with_model
-from vessel_hsmc_ros.control.interface.inputs import ASSUMED_LAG, unit_time
+from vessel_hsmc_ros.control.interface.actuators import (
+    ASSUMED_LAG,
+    BEST,
+    Bank,
+    bank,
+    first_state,
+    grid,
+    identify,
+    unit_time,
+    with_model,
+)
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law

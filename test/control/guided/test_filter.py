@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.guided.filter import (
+from vessel_hsmc_ros.control.guided.guidance import (
     B_RANGE,
     CE,
     CN,

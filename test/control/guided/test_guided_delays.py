@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.control.guided.controller import GuidedController, ahead, delays
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.control.interface.applied_wrench import arriving, channel
+from vessel_hsmc_ros.control.interface.actuators import arriving, channel
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 

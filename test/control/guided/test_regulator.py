@@ -10,13 +10,14 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.control.guided.controller import turn
 from vessel_hsmc_ros.control.guided.guidance import Integrals, Track
-from vessel_hsmc_ros.control.guided.parameters import GuidedParameters, gains
-from vessel_hsmc_ros.control.guided.regulator import (
+from vessel_hsmc_ros.control.guided.parameters import (
     DECAYS,
     LARGEST_HEADING_GAIN,
     RATIOS,
     SPEEDS,
+    GuidedParameters,
     bounded,
+    gains,
     interpolate,
     regulator,
     table,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.interface.applied_wrench import applied, arriving, channel, lead
+from vessel_hsmc_ros.control.interface.actuators import applied, arriving, channel, lead
 
 T = 0.02
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros import Acceleration, Law, Motion, Terms, parameter
-from vessel_hsmc_ros.control.interface.guard import guarded, guarded_step
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.law import guarded, guarded_step
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
 
 REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

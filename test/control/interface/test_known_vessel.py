@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.inputs import ASSUMED_LAG, dynamics, unit_time
+from vessel_hsmc_ros.control.interface.actuators import ASSUMED_LAG, dynamics, unit_time
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 

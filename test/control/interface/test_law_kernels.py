@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from compiling import only_compiled
 
-from vessel_hsmc_ros.control.interface.guard import guarded_step
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms, guarded_step
 from vessel_hsmc_ros.control.laws import LAWS, make_controller
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.control.laws.manoeuvre import KINDS

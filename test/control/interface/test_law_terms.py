@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.terms import Terms, diagnosed, lyapunov_function, lyapunov_rates, weight_norms
+from vessel_hsmc_ros.control.interface.law import Terms, diagnosed, lyapunov_function, lyapunov_rates, weight_norms
 
 
 @pytest.mark.parametrize("neurons", [1, 4, 27, 125])

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.interface.switching import sign
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.laws.course import CourseLawParameters
+from vessel_hsmc_ros.control.laws.hierarchical_printed import sign
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
 

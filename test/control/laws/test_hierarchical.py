@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.interface.network import Estimates
 from vessel_hsmc_ros.control.laws import make_controller
-from vessel_hsmc_ros.control.laws.hierarchical import control
-from vessel_hsmc_ros.control.laws.hierarchical_guidance import guidance, learned_current, turn_in_current
+from vessel_hsmc_ros.control.laws.hierarchical import control, guidance, learned_current, turn_in_current
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters, gains, stretch
 from vessel_hsmc_ros.core.exceptions import InstabilityError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate

@@ -10,20 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
-from vessel_hsmc_ros.control.laws.hierarchical_bounds import (
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import (
     MAX_DRIFT,
     PATIENCE,
+    HierarchicalParameters,
+    about,
     ball,
     circled,
     circling,
     decay,
+    gains,
     rest_ratio,
     routh_ratio,
     sway_warning,
     turning_ratio,
 )
-from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters, gains
-from vessel_hsmc_ros.core.interval import about
 
 SHIP = replace(KnownVessel(), **INSTANT)
 G = gains(HierarchicalParameters(), SHIP, 0.02)

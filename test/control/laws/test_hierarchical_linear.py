@@ -11,10 +11,9 @@ import pytest
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.interface.network import NetworkParameters
 from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController
-from vessel_hsmc_ros.control.laws.hierarchical_linear import COMMANDS, Lag, covariance, linearise, poles
+from vessel_hsmc_ros.control.laws.hierarchical_linear import COMMANDS, Lag, Mean, covariance, linearise, poles, steady
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters
-from vessel_hsmc_ros.control.laws.hierarchical_steady import Mean, steady
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, to_body
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.studies.certificates.certified_case import hull_at

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.interface.network import Estimates
-from vessel_hsmc_ros.control.interface.switching import sign
 from vessel_hsmc_ros.control.laws import make_controller
-from vessel_hsmc_ros.control.laws.hierarchical_printed import Gains, HierarchicalPrintedParameters, adaptation, control
+from vessel_hsmc_ros.control.laws.hierarchical_printed import Gains, HierarchicalPrintedParameters, adaptation, control, sign
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.core.schema import symbols

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from independent_hierarchical import IndependentHierarchical
 
-from vessel_hsmc_ros.control.interface.inputs import dynamics
+from vessel_hsmc_ros.control.interface.actuators import dynamics
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import LASTING, HierarchicalParameters, gains

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from independent_tracking import Backstepping, HandPosition, LineOfSight, errors, free, limited, wrapped
 
-from vessel_hsmc_ros.control.interface.known_damping import KnownDamping
-from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.known_vessel import KnownDamping, KnownVessel
 from vessel_hsmc_ros.control.laws import LAWS, construct
 from vessel_hsmc_ros.control.laws.los_pid import LosPidParameters, scaled, stretched
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion

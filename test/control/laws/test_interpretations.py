@@ -7,9 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.interface.switching import SWITCHING, switch
 from vessel_hsmc_ros.control.laws import make_controller
-from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
+from vessel_hsmc_ros.control.laws.hierarchical_printed import SWITCHING, HierarchicalPrintedParameters, switch
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.interface.known_damping import (
+from vessel_hsmc_ros.control.interface.known_vessel import (
     KnownDamping,
+    KnownVessel,
     drag,
     drag_slope,
     free_acceleration,
@@ -18,7 +19,6 @@ from vessel_hsmc_ros.control.interface.known_damping import (
     point_ahead,
     rotated,
 )
-from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.interface.switching import check_step
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.laws.course import CourseLawParameters
+from vessel_hsmc_ros.control.laws.hierarchical_printed import check_step
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
 

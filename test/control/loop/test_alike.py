@@ -19,11 +19,9 @@ from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, Watch
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters, actuated, actuators, no_commands
 from vessel_hsmc_ros.control.safety.monitors import NotMoving, Saturation, Velocities
-from vessel_hsmc_ros.control.safety.parameters import ACTIONS, FreshnessParameters, MonitorParameters, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Reason
-from vessel_hsmc_ros.control.safety.safe_action import Authority
+from vessel_hsmc_ros.control.safety.parameters import ACTIONS, FreshnessParameters, MonitorParameters, Reason, SafetyParameters
 from vessel_hsmc_ros.control.safety.samples import Freshness, Jumps, Sample
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.core.timing import RateGrid

@@ -4,18 +4,16 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.laws import construct, make_controller
+from vessel_hsmc_ros.control.laws.course import PdParameters
 from vessel_hsmc_ros.control.laws.los_pid import LosPidParameters
-from vessel_hsmc_ros.control.laws.pd import PdParameters
 from vessel_hsmc_ros.control.loop.control_loop import LONGEST_AGE, ControlLoop, ages
 from vessel_hsmc_ros.control.loop.controlled_point import controlled_point_of
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
-from vessel_hsmc_ros.control.safety.parameters import SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Reason
-from vessel_hsmc_ros.control.safety.safe_action import Authority
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.parameters import Reason, SafetyParameters
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.timing import RateGrid
 

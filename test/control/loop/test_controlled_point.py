@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.loop.controlled_point import (
     ORIGIN,
     START,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
 

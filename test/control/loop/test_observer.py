@@ -10,17 +10,23 @@ from hypothesis import strategies as st
 from sailing import STEP, rms, sail
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
-from vessel_hsmc_ros.control.loop.observer import Observer, units, wave_motion
-from vessel_hsmc_ros.control.loop.observer_covariance import change, jacobian, pass_waves
-from vessel_hsmc_ros.control.loop.observer_filter import LONGEST_HOLD
-from vessel_hsmc_ros.control.loop.observer_model import D1, ObserverParameters, model, propagate, wave_transition
+from vessel_hsmc_ros.control.loop.observer import LONGEST_HOLD, Observer, units, wave_motion
+from vessel_hsmc_ros.control.loop.observer_model import (
+    D1,
+    ObserverParameters,
+    change,
+    jacobian,
+    model,
+    pass_waves,
+    propagate,
+    wave_transition,
+)
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters
+from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, WaveParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
 from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters
-from vessel_hsmc_ros.plant.waves import WaveParameters
 
 SHIP = KnownVessel(**INSTANT)
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.inputs import dynamics
+from vessel_hsmc_ros.control.interface.actuators import dynamics
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters, actuated, actuators, no_commands

@@ -6,14 +6,11 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, Fallback
-from vessel_hsmc_ros.control.safety.parameters import SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import BRAKING_TIME, Authority
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason, SafetyParameters
+from vessel_hsmc_ros.control.safety.supervision import BRAKING_TIME, Authority, Supervision
 from vessel_hsmc_ros.core.exceptions import ControlError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import RateGrid

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters

@@ -5,8 +5,7 @@ import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.loop.observer import Observer, units, wave_motion
-from vessel_hsmc_ros.control.loop.observer_covariance import pass_waves
-from vessel_hsmc_ros.control.loop.observer_model import DXI, XI, ObserverParameters
+from vessel_hsmc_ros.control.loop.observer_model import DXI, XI, ObserverParameters, pass_waves
 
 
 @pytest.mark.parametrize("period", [3.0, 8.0, 15.0])

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.control.guided.controller import LONGEST_AGE, delays
-from vessel_hsmc_ros.control.interface.actuator_identification import bank
-from vessel_hsmc_ros.control.interface.applied_wrench import channel
+from vessel_hsmc_ros.control.interface.actuators import bank, channel
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.loop.control_loop import ages
-from vessel_hsmc_ros.core.delay_line import whole_periods
+from vessel_hsmc_ros.core.kernel import whole_periods
 
 RATES = (3.0, 10.0, 20.0, 30.0, 50.0, 100.0)
 

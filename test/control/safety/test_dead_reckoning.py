@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.safety.dead_reckoning import DeadReckoning
+from vessel_hsmc_ros.control.safety.samples import DeadReckoning
 from vessel_hsmc_ros.core.kinematics import Motion
 
 STEP = 20_000_000

@@ -9,11 +9,9 @@ import pytest
 
 from vessel_hsmc_ros.boats.handover import Handover, Sticks
 from vessel_hsmc_ros.control.safety.monitors import Alarm, Monitor, NotMoving, Saturation, Velocities
-from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, MonitorParameters, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import Authority
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, MonitorParameters, Operation, Reason, SafetyParameters
 from vessel_hsmc_ros.control.safety.samples import Freshness, Sample
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 from vessel_hsmc_ros.core.kinematics import Motion
 
 BOUNDS = replace(

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.safety.enabling import distance_problem, hull_problem
+from vessel_hsmc_ros.control.safety.samples import distance_problem, hull_problem
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import kept
 from vessel_hsmc_ros.core.kinematics import Motion

@@ -6,13 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.safety.fence_guard import RELEASE_TIME, FenceGuard
+from vessel_hsmc_ros.control.safety.fence_guard import RELEASE_TIME, Braking, FenceGuard
 from vessel_hsmc_ros.control.safety.monitors import Alarm
-from vessel_hsmc_ros.control.safety.parameters import FenceGuardParameters, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import Authority
-from vessel_hsmc_ros.control.safety.stopping import Braking
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.parameters import FenceGuardParameters, Operation, Reason, SafetyParameters
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.kinematics import Motion
 

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters
-from vessel_hsmc_ros.control.safety.reasons import Reason
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason
 from vessel_hsmc_ros.control.safety.samples import Freshness, Sample
 
 MS = 1_000_000

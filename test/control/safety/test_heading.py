@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.safety.heading import LARGEST_BIAS, Heading, bias, block_length
-from vessel_hsmc_ros.control.safety.monitors import Alarm
+from vessel_hsmc_ros.control.safety.monitors import LARGEST_BIAS, Alarm, Heading, bias, block_length
 from vessel_hsmc_ros.control.safety.parameters import MonitorParameters
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 
 RATE, LENGTH, SPEED = 5.0, 4.0, 1.5

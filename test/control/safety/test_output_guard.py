@@ -6,10 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.safety.parameters import SafetyParameters, check_safety
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import towards
-from vessel_hsmc_ros.control.safety.supervision import violation
+from vessel_hsmc_ros.control.safety.parameters import Operation, Reason, SafetyParameters, check_safety
+from vessel_hsmc_ros.control.safety.supervision import towards, violation
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import load_scenario

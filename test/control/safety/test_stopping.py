@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.control.safety.stopping import HEADING, Braking, Stop, Water, braking_distance, mean_delay, stop
+from vessel_hsmc_ros.control.safety.fence_guard import HEADING, Braking, Stop, Water, braking_distance, mean_delay, stop
 from vessel_hsmc_ros.core.kinematics import Motion
 
 INSTANT = Braking(deceleration=0.5, lag=0.0, dead_time=0.0, rate=math.inf, turn_time=10.0, heading_time=1.0, late=0.0)

@@ -6,10 +6,8 @@ from typing import Any
 
 import pytest
 
-from vessel_hsmc_ros.control.safety.parameters import ACTIONS, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import Authority
-from vessel_hsmc_ros.control.safety.supervision import Supervision
+from vessel_hsmc_ros.control.safety.parameters import ACTIONS, Operation, Reason, SafetyParameters
+from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 
 LIMITS = (100.0, 40.0)
 SHIP = Authority(LIMITS, (10.0, 20.0))

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
-from vessel_hsmc_ros.control.laws.hierarchical_linear import Lag, dead_time, linearise, poles
+from vessel_hsmc_ros.control.laws.hierarchical_linear import Lag, Mean, at_rest, dead_time, linearise, poles, steady
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import gains
-from vessel_hsmc_ros.control.laws.hierarchical_steady import Mean, at_rest, steady
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario

@@ -11,8 +11,8 @@ from boat_bags import EPOCH, sailed, write_boat
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.studies.identification.estimate import identify
 from vessel_hsmc_ros.studies.identification.measurements import from_bag, from_csv
 from vessel_hsmc_ros.studies.identification.types import Measurements, model

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.studies.identification import regression
 from vessel_hsmc_ros.studies.identification.windows import Windows
 

@@ -11,8 +11,7 @@ import pytest
 from golden.record import load
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration

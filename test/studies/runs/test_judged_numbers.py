@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.control.interface.linear_loop import Margins
+from vessel_hsmc_ros.control.loop.linearised_law import Margins
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.guidance.curve_motion import Demand
 from vessel_hsmc_ros.scenario.fleet import make_fleet

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.fence import Fence as Area
 from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
-from vessel_hsmc_ros.guidance.progress import Progress
+from vessel_hsmc_ros.guidance.tasks import Progress
 
 Array = NDArray[np.float64]
 

@@ -25,35 +25,45 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.guided.filter import CE, CN, FU, FV, KAPPA, LN_A, B, R, U, V, correct, predict, unforced
-from vessel_hsmc_ros.control.guided.guidance import Integrals, Track, braked, drift_in_turn, on_the_spot, track
-from vessel_hsmc_ros.control.guided.parameters import Gains, GuidedParameters, gains
-from vessel_hsmc_ros.control.guided.regulator import interpolate
-from vessel_hsmc_ros.control.interface.actuator_identification import (
+from vessel_hsmc_ros.control.guided.guidance import (
+    CE,
+    CN,
+    FU,
+    FV,
+    KAPPA,
+    LN_A,
+    B,
+    Integrals,
+    R,
+    Track,
+    U,
+    V,
+    braked,
+    correct,
+    drift_in_turn,
+    on_the_spot,
+    predict,
+    track,
+    unforced,
+)
+from vessel_hsmc_ros.control.guided.parameters import Gains, GuidedParameters, gains, interpolate
+from vessel_hsmc_ros.control.interface.actuators import (
     BEST,
     DEAD_TIMES,
     Bank,
     BankState,
+    applied,
+    arriving,
     bank,
     first_state,
     identify,
+    lead,
     with_model,
 )
-from vessel_hsmc_ros.control.interface.applied_wrench import applied, arriving, lead
 from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.kinematics import (
-    TURN,
-    Acceleration,
-    Motion,
-    extrapolate,
-    to_body,
-    tracking_error,
-    transform,
-)
-from vessel_hsmc_ros.core.limits import clip
+from vessel_hsmc_ros.core.kernel import Array, clip, kernel
+from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, extrapolate, to_body, tracking_error, transform
 
 LONGEST_AGE = 2.0  # age of a measurement up to which the motion is predicted over it, s
 LONGEST_ROLL = 12  # number of prediction steps through a delay, however many periods it has
@@ -279,10 +289,7 @@ def outdated(memory: Memory, constants: Constants) -> bool:
 
 
 class GuidedController(KernelLaw[GuidedParameters]):
-    """The law with its internal state.
-
-    `vessel`: the known inertia and limits, and what is declared beyond them.
-    """
+    """The law with its internal state. `vessel`: the known inertia and limits, and what is declared beyond them."""
 
     name = "guided"
     takes_age = True

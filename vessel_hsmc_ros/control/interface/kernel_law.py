@@ -8,9 +8,8 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law, Parameters
+from vessel_hsmc_ros.control.interface.law import Law, Parameters, Terms
 from vessel_hsmc_ros.control.interface.network import NetworkParameters
-from vessel_hsmc_ros.control.interface.terms import Terms
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 

@@ -18,9 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array, add, add_outer, multiply
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, add, add_outer, kernel, multiply
 from vessel_hsmc_ros.core.schema import parameter
 
 LONGEST_LOOP = 32  # longer sums are folded before they are added up one by one
@@ -54,16 +53,11 @@ class NetworkParameters:
     spacing: float = parameter(0.5, "Distance between neighbouring centres on an axis.", low=0.0, high=1e3)
     centers_per_axis: int = parameter(3, "Centres on each axis; the number of neurons is its cube.", low=1, high=9)
     listed_centers: tuple[float, ...] = parameter(
-        (0.5, 0.5, 0.5),
-        "The listed centres: u, v, r of the first, u, v, r of the second and so on.",
-        low=-1e3,
-        high=1e3,
+        (0.5, 0.5, 0.5), "The listed centres: u, v, r of the first, u, v, r of the second and so on.", low=-1e3, high=1e3
     )
     width: float = parameter(5.0, "Width of every neuron.", low=1e-3, high=1e3, symbol="delta")
     basis: str = parameter(
-        "gaussian",
-        "Exponent of (3): the squared distance, or the distance as printed.",
-        choices=("gaussian", "as_printed"),
+        "gaussian", "Exponent of (3): the squared distance, or the distance as printed.", choices=("gaussian", "as_printed")
     )
 
     def neurons(self) -> Neurons:

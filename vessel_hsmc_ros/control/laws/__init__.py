@@ -4,17 +4,14 @@ import dataclasses
 from typing import Any
 
 from vessel_hsmc_ros.control.guided.controller import GuidedController
-from vessel_hsmc_ros.control.interface.guard import guarded
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.law import Law, guarded
 from vessel_hsmc_ros.control.interface.registry import Registry
-from vessel_hsmc_ros.control.laws.course import CourseController
+from vessel_hsmc_ros.control.laws.course import CourseController, PdController
 from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedController
 from vessel_hsmc_ros.control.laws.los_pid import LosPidController
-from vessel_hsmc_ros.control.laws.manoeuvre import ManoeuvreController
-from vessel_hsmc_ros.control.laws.open_loop import OpenLoop
-from vessel_hsmc_ros.control.laws.pd import PdController
+from vessel_hsmc_ros.control.laws.manoeuvre import ManoeuvreController, OpenLoop
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 

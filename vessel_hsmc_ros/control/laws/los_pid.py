@@ -28,14 +28,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.inputs import unit_time
+from vessel_hsmc_ros.control.interface.actuators import unit_time
 from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.interface.law import gain
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import parameter
 
 PAPER = KnownVessel()  # the ship for which the gains were found

@@ -28,8 +28,7 @@ the nearest to them on the straight way from a mixture of the forces with the le
 import math
 from typing import Any, NamedTuple
 
-from vessel_hsmc_ros.core.kernel import kernel
-from vessel_hsmc_ros.core.limits import between
+from vessel_hsmc_ros.core.kernel import between, kernel
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED
 
 KIND, X, Y, ANGLE, COSINE, SINE, AHEAD, ASTERN, THRUST_RATE, ANGLE_LIMIT, ANGLE_RATE, LIFT, LIFT_QUADRATIC, SLIPSTREAM = range(14)
@@ -170,8 +169,7 @@ def wrench_at(side: float, t: float, u: float, c: Allocator, s: Array, forces: i
 def extreme(side: float, moment: float, u: float, c: Allocator, s: Array, forces: int) -> float:
     """The largest side·X with an attainable yaw moment; its forces are written.
 
-    `side`: 1 or -1. `moment`: N·m. `u`: surge speed, m/s. `forces`: column of their p, before that of q. Returns the surge
-    force, N.
+    `side`: 1 or -1. `moment`: N·m. `forces`: column of their p, before that of q. Returns the surge force, N.
     """
     low, high = -0.5 * math.pi, 0.5 * math.pi
     for _ in range(BISECTIONS):
@@ -225,8 +223,7 @@ def way_inside(start: float, slope: float, low: float, high: float, first: float
 def share_forces(surge_force: float, yaw_moment: float, u: float, c: Allocator, s: Array) -> bool:
     """Write the forces p, q whose wrench is the nearest to a demand, moment before force.
 
-    `surge_force`, `yaw_moment`: the demand, N and N·m. `u`: surge speed, m/s. Returns whether they are those of least squares
-    that give the demand.
+    `surge_force`, `yaw_moment`: the demand, N and N·m. Returns whether they are those of least squares that give the demand.
     """
     if least_squares(surge_force, yaw_moment, u, c, s) and are_inside(u, c, s):
         for i in range(len(c.rows)):

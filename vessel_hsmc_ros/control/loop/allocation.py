@@ -39,9 +39,8 @@ from vessel_hsmc_ros.control.loop.allocated_forces import (
     share_forces,
     wrench_of,
 )
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import between, clip, kernel
 from vessel_hsmc_ros.core.kinematics import magnitude, wrap
-from vessel_hsmc_ros.core.limits import between, clip
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, RUDDER, ThrusterLayout
 from vessel_hsmc_ros.core.timing import seconds
 

@@ -6,22 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.guard import guarded, guarded_step
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms, diagnosed
+from vessel_hsmc_ros.control.interface.law import Law, Terms, diagnosed, guarded, guarded_step
 from vessel_hsmc_ros.control.loop.controlled_point import ORIGIN, START, ControlledPoint, at_origin, to_controlled_point
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.safety.fence_guard import FenceGuard
-from vessel_hsmc_ros.control.safety.heading import Heading
-from vessel_hsmc_ros.control.safety.monitors import Alarm, Innovation, Monitor, NotMoving, Saturation, Velocities
-from vessel_hsmc_ros.control.safety.parameters import MonitorParameters, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Operation, Reason
-from vessel_hsmc_ros.control.safety.safe_action import NO_WRENCH, Authority
-from vessel_hsmc_ros.control.safety.supervision import Supervision
-from vessel_hsmc_ros.core.delay_line import DelayLine, delay_line, delayed, put, whole_periods
+from vessel_hsmc_ros.control.safety.monitors import Alarm, Heading, Innovation, Monitor, NotMoving, Saturation, Velocities
+from vessel_hsmc_ros.control.safety.parameters import MonitorParameters, Operation, Reason, SafetyParameters
+from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH, Authority, Supervision
 from vessel_hsmc_ros.core.exceptions import ControlError, LawError, ParameterError
+from vessel_hsmc_ros.core.hull import steered
+from vessel_hsmc_ros.core.kernel import DelayLine, delay_line, delayed, put, whole_periods
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.core.steering import steered
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
 
 
@@ -55,17 +50,11 @@ class Watch:
             monitor.reset()
 
     def step(
-        self,
-        command: tuple[float, float],
-        motion: Motion,
-        observer: Observer | None,
-        period: float,
-        measured: tuple[int, Motion],
+        self, command: tuple[float, float], motion: Motion, observer: Observer | None, period: float, measured: tuple[int, Motion]
     ) -> Reason:
         """Watch a control period; returns the reason of the first monitor that demands the safe action.
 
-        `command`: the last command, N and N·m. `period`: s. `measured`: time of the latest measurement, ns, and the motion as
-        measured.
+        `command`: the last command, N and N·m. `measured`: time of the latest measurement, ns, and the motion as measured.
         """
         self._moving.step(command, (motion.u, motion.r), period)
         self._saturation.step(command, period)
@@ -306,11 +295,7 @@ class ControlLoop:
         self._command(None, reason)
 
     def _command(
-        self,
-        demand: tuple[float, float] | None,
-        reason: Reason,
-        motion: Motion | None = None,
-        inputs: Inputs | None = None,
+        self, demand: tuple[float, float] | None, reason: Reason, motion: Motion | None = None, inputs: Inputs | None = None
     ) -> None:
         """Command the law's wrench or what takes its place, and keep it."""
         fallback = self.fallback.step(inputs, self.supervision.wants_fallback) if self.fallback else None

@@ -9,15 +9,14 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from vessel_hsmc_ros.control.interface.guard import guarded_step, named
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.interface.law import guarded_step, named
 from vessel_hsmc_ros.control.loop.controlled_point import AtControlledPoint, ControlledPoint, Heading, to_controlled_point
-from vessel_hsmc_ros.control.loop.observer_filter import ObserverConstants, ObserverState, estimate, observe
-from vessel_hsmc_ros.core.delay_line import DelayLine, delayed, put
+from vessel_hsmc_ros.control.loop.observer import ObserverConstants, ObserverState, estimate, observe
 from vessel_hsmc_ros.core.exceptions import ControlError, VesselHsmcError
-from vessel_hsmc_ros.core.kernel import bound, kernel
+from vessel_hsmc_ros.core.hull import Steering, steered
+from vessel_hsmc_ros.core.kernel import DelayLine, bound, delayed, kernel, put
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate
-from vessel_hsmc_ros.core.steering import Steering, steered
 
 StepOfLaw = tuple[tuple[float, float], Any, Any]  # wrench, terms and memory
 

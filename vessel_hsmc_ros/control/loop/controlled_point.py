@@ -40,10 +40,9 @@ import math
 from typing import NamedTuple
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.terms import Terms
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.control.interface.law import Terms
+from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Acceleration, Motion, magnitude, wrap
-from vessel_hsmc_ros.core.limits import clip
 
 SPEED, NOISE, MAX_COEFFICIENT = 0.5, 0.1, 0.25
 """Rate of learning in terms of lambda; p0 in terms of lambda; |theta| at most this divided by p0."""
@@ -144,10 +143,7 @@ ORIGIN = ControlledPoint(0.0, 1.0, 0.0, 1.0, 1.0)  # no other point than the ori
 
 @kernel
 def position(desired: Motion, acceleration: Acceleration, p: ControlledPoint) -> tuple[float, float]:
-    """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx.
-
-    `acceleration`: derivatives of its body velocities.
-    """
+    """X = x_p·s²·(3 - 2·s) with s = |nu_d|/U_0 up to 1, and dx. `acceleration`: derivatives of its body velocities."""
     s = magnitude(desired.u, desired.v) / p.U_0
     if s >= 1.0:
         return p.x_p, 0.0

@@ -8,17 +8,29 @@ in `odom` and in `map`, which are not the same place. Times are integers in nano
 Nor does a jump count that no ship makes. Between two samples a ship moves by at most V·dt and turns by at most V/(L/2)·dt, with a
 speed V that no ship of its length has: V = 3·sqrt(g·L), a Froude number of 3. Measurement noise adds a margin of LENGTHS ship
 lengths and TURN.
+
+Riding through a lost position: for a declared time the last place moves on by the velocities, along the measured heading.
+
+    (x, y)' = R(psi)(u, v),    trapezoidal between two measurements
+
+It needs measurements that go on to come, with a heading, while their position is NaN. The error of the place grows with that of
+the velocities: with 0.1 m/s it is 1 m after 10 s.
+
+Why a controller must not be enabled although its inputs are good: another ship's data, or too far away.
 """
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from enum import Enum
 from typing import NamedTuple
 
-from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, SafetyParameters
-from vessel_hsmc_ros.control.safety.reasons import Reason
-from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, magnitude, wrap
+import numpy as np
+
+from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason, SafetyParameters
+from vessel_hsmc_ros.core.fence import Fence, allowed, clearance
+from vessel_hsmc_ros.core.hull import another_ship, kept
+from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, magnitude, to_body, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 
 REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
@@ -71,8 +83,7 @@ class Freshness:
     def accept(self, sample: Sample, now: int, received: int) -> Reason:
         """Take a sample, or refuse and count it.
 
-        `now`: ROS time, ns. `received`: time of its receipt, ns, on the clock of `overdue`. Returns NONE if it is taken, else
-        why it is refused.
+        `received`: time of its receipt, ns, on the clock of `overdue`. Returns NONE if it is taken, else why it is refused.
         """
         reason = self._check(sample, now)
         if reason:
@@ -182,10 +193,7 @@ class Jumps:
         self.held = 0
 
     def check(self, stamp: int, motion: Motion) -> Verdict:
-        """Judge a sample by the last one taken.
-
-        `stamp`: ns, later than that of the last sample. `motion`: finite.
-        """
+        """Judge a sample by the last one taken. `stamp`: ns, later than that of the last sample. `motion`: finite."""
         fix = _Fix(stamp, motion)
         if self._taken is None or self._follows(self._taken, fix):
             self._take(fix)
@@ -207,3 +215,91 @@ class Jumps:
         moved = magnitude(b.x - a.x, b.y - a.y) <= LENGTHS * self._length + self._speed * dt
         turned = abs(wrap(b.psi - a.psi)) <= TURN + turning * dt
         return moved and turned and magnitude(b.u, b.v) <= self._speed and abs(b.r) <= turning
+
+
+class DeadReckoning:
+    """Fills in the position of measurements that lack it.
+
+    `limit`: longest time without a position, s; 0: never.
+
+    Attributes:
+        elapsed: Time since the last measured position, s; 0 while there is one.
+    """
+
+    def __init__(self, limit: float) -> None:
+        self._limit = round(limit * NANOSECONDS)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last place."""
+        self.elapsed = 0.0
+        self._known: int | None = None
+        self._last: tuple[int, Motion] | None = None
+
+    def fill(self, stamp: int, motion: Motion, estimate: Motion | None = None) -> Motion:
+        """The measurement of a time, ns, with a position where it lacks one and that may be bridged; else as it is.
+
+        `estimate`: the motion by an observer, whose velocities count; None without one. Velocities that are lost as well stay
+        those of before.
+        """
+        if math.isfinite(motion.x) and math.isfinite(motion.y):
+            self._known, self._last, self.elapsed = stamp, (stamp, motion), 0.0
+            return motion
+        if self._last is None or self._known is None or not math.isfinite(motion.psi):
+            return motion
+        if not self._last[0] < stamp <= self._known + self._limit:
+            return motion
+        before = self._last[1]
+        source = estimate or motion
+        velocities = (source.u, source.v, source.r)
+        u, v, r = velocities if all(map(math.isfinite, velocities)) else (before.u, before.v, before.r)
+        filled = Motion(before.x, before.y, motion.psi, u, v, r)
+        dt = 0.5 * seconds(stamp - self._last[0])
+        (x_0, y_0), (x_1, y_1) = (to_body(m.u, m.v, -m.psi) for m in (before, filled))
+        filled = filled._replace(x=before.x + dt * (x_0 + x_1), y=before.y + dt * (y_0 + y_1))
+        self._last, self.elapsed = (stamp, filled), seconds(stamp - self._known)
+        return filled
+
+
+MAX_LENGTHS = 100.0  # distance of a reference that no one means, in lengths of the vessel, where no parameter sets it
+
+
+def hull_problem(vessel: object, given: Collection[str]) -> str:
+    """Why a vessel is not that of whoever started the controller; empty if it may be.
+
+    `given`: the dotted names of all parameters that the controller was given.
+    """
+    papers = {name: text for name, text in kept(vessel).items() if f"vessel.{name}" not in given}
+    if another_ship(vessel):
+        remaining = ", ".join(f"vessel.{text}" for text in papers.values())
+        return f"only a part of the hull is given, of the paper's ship remain {remaining}: give these too" if papers else ""
+    if papers and not any(f"vessel.{name}" in given for name in kept(type(vessel)())):
+        return (
+            "no parameter describes the vessel: give its hull data, as a file of `vessel-hsmc init` has them, or"
+            " vessel:=paper_ship for the default ship"
+        )
+    return ""
+
+
+def fence_problem(own: Motion, fence: Fence | None) -> str:
+    """Why a vessel that is outside of its fence is not to be steered; empty if it is inside, or there is no fence."""
+    place = complex(own.x, own.y)
+    if fence is None or allowed(fence, place):
+        return ""
+    outside = -clearance(fence, np.array([place, place]))
+    return f"the vessel at ({own.x:.6g}, {own.y:.6g}) m is {outside:.1f} m outside of safety.fence: steer it inside by hand"
+
+
+def distance_problem(own: Motion, reference: Motion, length: float, limit: float) -> str:
+    """Why a reference is not meant for a vessel where it is; empty if it may be.
+
+    `own`: measured motion. `length`: of the vessel, m. `limit`: largest distance, m; negative for MAX_LENGTHS.
+    """
+    largest = MAX_LENGTHS * length if limit < 0.0 else limit
+    distance = math.hypot(reference.x - own.x, reference.y - own.y)
+    if distance <= largest:
+        return ""
+    return (
+        f"the reference at ({reference.x:.6g}, {reference.y:.6g}) m is {distance:.6g} m from the vessel at"
+        f" ({own.x:.6g}, {own.y:.6g}) m, and must be within safety.enable_distance = {largest:g} m: are both in one frame?"
+    )

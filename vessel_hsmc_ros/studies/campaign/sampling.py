@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.stats import qmc
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 
 METHODS = ("random", "latin_hypercube", "sobol")
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.core.kernel import Array
 
 CONFIDENCE = 0.95  # confidence of all intervals and bounds of a report
 

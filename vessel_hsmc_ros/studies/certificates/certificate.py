@@ -8,23 +8,35 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from vessel_hsmc_ros.control.laws.hierarchical_bounds import ball, circled, rest_ratio, routh_ratio, turning_ratio
 from vessel_hsmc_ros.control.laws.hierarchical_linear import (
     R_,
     SIGMAS,
     U_,
     V_,
     Error,
+    Hull,
+    Mean,
+    Steady,
+    at_rest,
     dead_time,
     error,
     linearise,
     poles,
     settling,
+    steady,
 )
-from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains, gains
-from vessel_hsmc_ros.control.laws.hierarchical_steady import Hull, Mean, Steady, at_rest, steady
+from vessel_hsmc_ros.control.laws.hierarchical_parameters import (
+    Gains,
+    Interval,
+    about,
+    ball,
+    circled,
+    gains,
+    rest_ratio,
+    routh_ratio,
+    turning_ratio,
+)
 from vessel_hsmc_ros.core.exceptions import InstabilityError
-from vessel_hsmc_ros.core.interval import Interval, about
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.quantities import number
 from vessel_hsmc_ros.studies.certificates.certified_case import BOX, Case, hull_at, sway_of

@@ -16,11 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.inputs import dynamics
+from vessel_hsmc_ros.control.interface.actuators import dynamics
 from vessel_hsmc_ros.control.interface.known_vessel import ControlledVessel
-from vessel_hsmc_ros.control.laws.hierarchical_linear import Lag, Loads
+from vessel_hsmc_ros.control.laws.hierarchical_linear import Hull, Lag, Loads, Mean
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains, HierarchicalParameters, gains
-from vessel_hsmc_ros.control.laws.hierarchical_steady import Hull, Mean
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import trajectory

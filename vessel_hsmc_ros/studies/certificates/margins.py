@@ -12,13 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.inputs import dynamics
+from vessel_hsmc_ros.control.interface.actuators import dynamics
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.interface.linear_loop import Margins, margins
 from vessel_hsmc_ros.control.loop.controlled_point import controlled_point_of
-from vessel_hsmc_ros.control.loop.linearised_law import LinearShip, loops
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.control.loop.linearised_law import LinearShip, Margins, loops, margins
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import trajectory

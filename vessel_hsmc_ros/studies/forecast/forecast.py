@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, ParameterError, ScenarioError, SimulationError
+from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.core.metrics import NO_LEG, TrackErrors
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.thruster_layout import FIXED
-from vessel_hsmc_ros.core.track_errors import NO_LEG, TrackErrors
 from vessel_hsmc_ros.guidance.factory import track_of
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
-from vessel_hsmc_ros.plant.power import EFFICIENCY, electric_power
+from vessel_hsmc_ros.plant.hull_parameters import EFFICIENCY, electric_power
 from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.scenario.own_ship import MARGIN
 from vessel_hsmc_ros.scenario.scenario import Scenario

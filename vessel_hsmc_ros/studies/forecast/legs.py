@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.core.track_errors import NO_LEG
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
 from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.scenario.scenario import Scenario

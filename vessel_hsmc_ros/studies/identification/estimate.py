@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.studies.identification import regression
 from vessel_hsmc_ros.studies.identification.measurements import checked, few_reversals

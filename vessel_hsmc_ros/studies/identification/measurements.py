@@ -17,8 +17,8 @@ import numpy as np
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.run_from_bag import matched, measured_states, seconds_of, wrenches
 from vessel_hsmc_ros.bags.topic_columns import Series
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Role, Topic

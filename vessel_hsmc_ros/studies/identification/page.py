@@ -10,9 +10,9 @@ import numpy as np
 import yaml
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.version import __version__
+from vessel_hsmc_ros.core.install_paths import __version__
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.studies.identification.types import GAINS, NOT_NEGATIVE, POSITIVE, Unknowns, currents, inputs, vessel
 from vessel_hsmc_ros.studies.identification.windows import Windows, simulated
 

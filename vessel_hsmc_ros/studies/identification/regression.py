@@ -17,7 +17,7 @@ from scipy.linalg import toeplitz
 from scipy.ndimage import uniform_filter1d
 from scipy.optimize import least_squares, lsq_linear
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.plant.dynamics import damping_force
 from vessel_hsmc_ros.studies.identification.types import (
     DELAY,

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.studies.identification.types import Measurements, Prediction
 from vessel_hsmc_ros.studies.identification.windows import predict

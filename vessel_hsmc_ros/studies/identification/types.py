@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import suggestion
 from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters
 

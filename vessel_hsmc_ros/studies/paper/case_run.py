@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import gains
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedController, HierarchicalPrintedParameters
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.run_folder import RunFolder

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import heading_error, position_error
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.diagrams import INK, OTHER, PLOT, SHIP

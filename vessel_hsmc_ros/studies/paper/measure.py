@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.interface.network import NetworkParameters, activations
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import Gains
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, rms
 from vessel_hsmc_ros.core.run_data import Run

@@ -12,13 +12,11 @@ from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.interface.network import Estimates
 from vessel_hsmc_ros.control.laws import hierarchical as repaired
 from vessel_hsmc_ros.control.laws import hierarchical_parameters as repaired_parameters
-from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController
-from vessel_hsmc_ros.control.laws.hierarchical_guidance import guidance, turn_in_current
+from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController, guidance, turn_in_current
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.control.laws.hierarchical_printed import Gains, HierarchicalPrintedParameters, StepTerms, control, gains
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 
 repaired_control = repaired.control  # a kernel calls others by their names in its module

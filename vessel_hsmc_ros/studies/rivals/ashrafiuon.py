@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.control.interface.known_damping import (
+from vessel_hsmc_ros.control.interface.known_vessel import (
     KnownDamping,
     Ship,
     Vector,
@@ -43,9 +43,8 @@ from vessel_hsmc_ros.control.interface.known_damping import (
 )
 from vessel_hsmc_ros.control.interface.law import gain
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import group, parameter
 
 

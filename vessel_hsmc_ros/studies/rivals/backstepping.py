@@ -28,12 +28,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
-from vessel_hsmc_ros.control.interface.known_damping import KnownDamping, Ship, free_acceleration, known_ship, rotated
+from vessel_hsmc_ros.control.interface.known_vessel import KnownDamping, Ship, free_acceleration, known_ship, rotated
 from vessel_hsmc_ros.control.interface.law import gain
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
-from vessel_hsmc_ros.core.limits import clip
 from vessel_hsmc_ros.core.schema import group
 
 LARGEST_WEIGHT = 0.9  # bound of abs(k), below 1

@@ -24,11 +24,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.terms import Terms
+from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform, wrap
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.studies.rivals.nmpc_model import Model, ModelParameters, compile_horizon

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.known_damping import KnownDamping
-from vessel_hsmc_ros.core.arrays import Array
+from vessel_hsmc_ros.control.interface.known_vessel import KnownDamping
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import parameter
 
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import RateGrid

@@ -19,8 +19,8 @@ from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, ages
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.timing import Instants, RateGrid, seconds
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.report.tables import metrics_table

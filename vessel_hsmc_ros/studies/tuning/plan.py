@@ -26,10 +26,10 @@ import numpy as np
 import yaml
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.arrays import Array
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import __version__
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.core.version import __version__
 from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names

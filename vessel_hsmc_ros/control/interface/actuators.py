@@ -1,4 +1,30 @@
-"""Identification of the actuators from the ship's own turns: which lag, dead time and rate explain how it turns.
+"""The dynamics of surge force and yaw moment: as declared or assumed, in discrete time, and as identified from the turns.
+
+What the actuators make of a law's commands: dead time, lag and rate limit as the law knows them, and the lead against the lag.
+
+| symbol | meaning | unit |
+|---|---|---|
+| tau_c | commanded force or moment, within its limit | N, N·m |
+| tau | modelled force or moment that acts on the hull during a period | N, N·m |
+| tau_w | force or moment that the law wants to act | N, N·m |
+| T, T_l, T_f | control period, lag, and the lag that remains with the lead | s |
+| n | dead time in periods | - |
+
+    tau(k) = tau(k-1) + clip((1 - exp(-T/T_l))·(tau_c(k-n) - tau(k-1)), rate·T)
+
+With the command tau_c = tau + (1 - exp(-T/T_f))/(1 - exp(-T/T_l))·(tau_w - tau) the actuator approaches tau_w with the lag T_f
+instead of T_l, as far as limit and rate allow.
+
+The dynamics of surge force and yaw moment, as a law takes them: declared, or assumed where nothing is.
+
+| symbol | meaning | unit |
+|---|---|---|
+| T | time of the ship's turns, sqrt(m33/tau_2max) | s |
+| T_l, T_d | lag and dead time of an input | s |
+| T_r | lag that remains with the lead against it | s |
+| T_f | time from zero to the limit, limit/rate | s |
+
+Identification of the actuators from the ship's own turns: which lag, dead time and rate explain how it turns.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -28,13 +54,113 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.applied_wrench import LARGEST_CHANGE
-from vessel_hsmc_ros.control.interface.inputs import dynamics, unit_time
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.core.arrays import Array
-from vessel_hsmc_ros.core.kernel import kernel
+from vessel_hsmc_ros.core.kernel import Array, between, clip, kernel
 from vessel_hsmc_ros.core.kinematics import TURN
-from vessel_hsmc_ros.core.limits import between, clip
+
+LARGEST_CHANGE = 1e30
+"""Change within a period of an actuator without a rate limit; finite, so that no product with it is undefined."""
+
+
+class Channel(NamedTuple):
+    """The known dynamics of one input in discrete time."""
+
+    limit: float  # largest magnitude
+    share: float  # 1 - exp(-T/T_l), the share of a step that is completed in a period
+    boost: float  # (1 - exp(-T/T_f))/(1 - exp(-T/T_l)), at least 1
+    change: float  # largest change in a period
+    delay: int  # dead time in periods, n
+
+
+def channel(limit: float, lag: float, remaining: float, rate: float, dead_time: float, period: float) -> Channel:
+    """The constants of an input.
+
+    `lag`, `remaining`: T_l and T_f <= T_l, s. `rate`: largest rate of change, per second; infinite for none. `dead_time`: dead
+    time, s, which is rounded to whole periods. `period`: T, s.
+    """
+    share, fast = (1.0 if constant == 0.0 else -math.expm1(-period / constant) for constant in (lag, remaining))
+    return Channel(limit, share, fast / share, min(rate * period, LARGEST_CHANGE), round(dead_time / period))
+
+
+@kernel
+def lead(tau: float, demand: float, c: Channel) -> float:
+    """The command that drives the input from tau towards a demand faster than its lag."""
+    if c.share == 1.0:
+        return clip(demand, c.limit)
+    return clip(tau + c.boost * (demand - tau), c.limit)
+
+
+@kernel
+def applied(tau: float, command: float, c: Channel) -> float:
+    """The force or moment that acts in the next period, for the command that arrives at its beginning."""
+    if c.share == 1.0 and abs(command - tau) <= c.change:
+        return command
+    return tau + clip(c.share * (command - tau), c.change)
+
+
+@kernel
+def arriving(queue: Array, row: int, head: int, age: int) -> float:
+    """The command of a number of periods ago.
+
+    `queue`: the last commands, a row for each input, shape (2, n + 1). `head`: column of the present period. `age`: number of
+    periods, at most n.
+    """
+    column = head - age
+    return float(queue[row, column if column >= 0 else column + queue.shape[1]])
+
+
+ASSUMED_LAG = 0.22  # the lag in the model of inputs of which nothing is declared, in units of T
+
+
+class Input(NamedTuple):
+    """What the law takes an input for."""
+
+    lag: float  # T_l, s
+    remaining: float  # T_r, s
+    rate: float  # largest rate of change, N/s or N·m/s, or infinity
+    dead_time: float  # T_d, s
+    full: float  # T_f, s
+
+
+class Dynamics(NamedTuple):
+    """The dynamics of the two inputs."""
+
+    # surge, yaw: of surge force and yaw moment
+    surge: Input
+    yaw: Input
+    declared: bool  # whether lag, rate and dead time of both inputs are
+
+
+def unit_time(vessel: KnownVessel) -> float:
+    """T, s."""
+    return math.sqrt(vessel.yaw_inertia / vessel.yaw_moment_limit)
+
+
+def dynamics(vessel: KnownVessel) -> Dynamics:
+    """The dynamics of the inputs as the model has them."""
+    T = unit_time(vessel)
+    of_surge = vessel.surge_lag, vessel.surge_force_rate, vessel.surge_dead_time
+    of_yaw = vessel.yaw_lag, vessel.yaw_moment_rate, vessel.yaw_dead_time
+    given = [value >= 0.0 for value in (*of_surge, *of_yaw)]
+    assumed = 0.0 if any(given) else ASSUMED_LAG * T
+    surge = _input(*of_surge, vessel.surge_force_limit, assumed, T)
+    yaw = _input(*of_yaw, vessel.yaw_moment_limit, assumed, T)
+    return Dynamics(surge, yaw, all(given))
+
+
+def _input(lag: float, rate: float, dead_time: float, limit: float, assumed: float, T: float) -> Input:
+    """What the law takes an input for.
+
+    `lag`, `rate`, `dead_time`: as declared, negative where they are not. `assumed`: lag where it is not declared, s.
+    """
+    if lag < 0.0:
+        # A lag that is not known is not led against: what is missing may be a dead time, and lead against that oscillates.
+        lag = remaining = assumed
+    else:
+        remaining = max(0.2 * lag, min(lag, 0.05 * T))
+    fastest = rate if rate > 0.0 else math.inf
+    return Input(lag, remaining, fastest, max(dead_time, 0.0), limit / fastest)
+
 
 LAGS, DEAD_TIMES = (0.0, 0.06, 0.15, 0.3, 0.6), (0.0, 0.06, 0.14, 0.25, 0.4)
 TIMES_TO_FULL = 0.0, 0.3, 0.7, 1.2, 1.8, 2.6  # the models of the bank, in units of T
@@ -207,8 +333,7 @@ def _advance(
 ) -> None:
     """Advance a model by an interval.
 
-    `row`: of the model, in place. `arriving`: the command that arrives, divided by the inertia. `known`: 0 as
-    long as y and z are not known, otherwise 1.
+    `arriving`: the command that arrives, divided by the inertia. `known`: 0 as long as y and z are not known, otherwise 1.
     """
     before = row.tolist()
     last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
@@ -223,10 +348,7 @@ def _advance(
 
 @kernel
 def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
-    """The band-pass filter: two lags, and a high-pass.
-
-    `row`: array with its states, in place.
-    """
+    """The band-pass filter: two lags, and a high-pass. `row`: array with its states, in place."""
     states = row.tolist()
     one = states[first] + c.low * (value - states[first])
     two = states[first + 1] + c.low * (one - states[first + 1])
@@ -237,10 +359,7 @@ def _filtered(row: Array, first: int, value: float, c: Bank) -> float:
 
 @kernel
 def unexplained(row: Array, measured: Array, unit: float) -> float:
-    """J of a model with its best b and d.
-
-    `row`: of the model. `measured`: means of y², z², y·z. `unit`: T, s.
-    """
+    """J of a model with its best b and d. `measured`: means of y², z², y·z."""
     means, products = measured.tolist(), row.tolist()
     yy, zz, yz = means[0], means[1], means[2]
     xx, xy, xz = products[5] + 1e-30, products[6], products[7]
