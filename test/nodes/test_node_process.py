@@ -21,7 +21,8 @@ from vessel_hsmc_ros.nodes.process import run_node
 
 PROGRAM = """
 import gc, os, threading
-from vessel_hsmc_ros.nodes.process import run_in_batches, spare_collections
+from vessel_hsmc_ros.nodes.process import spare_collections
+from vessel_hsmc_ros.nodes.scheduling import run_in_batches
 threading.Thread(target=threading.Event().wait, daemon=True).start()
 run_in_batches()
 print(*{os.sched_getscheduler(int(thread)) == os.SCHED_BATCH for thread in os.listdir("/proc/self/task")})

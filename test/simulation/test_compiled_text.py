@@ -8,18 +8,12 @@ import numpy as np
 import pytest
 from compiling import as_plain_python
 
-from vessel_hsmc_ros.control.loop.control_loop import ages
-from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.run_data import Published, Run
-from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.simulation import recorded_loop
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
-from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
 from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily
 
@@ -71,7 +65,6 @@ THRUSTERS = {
 @pytest.fixture(autouse=True)
 def _plain(monkeypatch: pytest.MonkeyPatch) -> None:
     as_plain_python(monkeypatch)
-    monkeypatch.setattr(recorded_loop, "MIN_COMPILED_STEPS", 1)
 
 
 def stranger(observed: bool) -> Scenario:
@@ -128,34 +121,3 @@ def test_a_run_that_is_only_evaluated_has_the_numbers_of_the_classes() -> None:
     assert len(brief.command) == samples // 4
     for name, first, second in zip(brief._fields, brief, full, strict=True):
         np.testing.assert_array_equal(first, second, name)
-
-
-def recorded_of(made: str, observed: bool) -> Recorded:
-    scenario, (run, published) = scenario_of(made, observed), run_of_classes(made, observed)
-    n, grid = len(run.time), RateGrid(scenario.controller.rate_hz)
-    stamps = RateGrid(scenario.vessel_sim.rate_hz).stamps(n)
-    due = np.diff(grid.indices(stamps), prepend=-1) != 0
-    late, rates = published.measured_at, np.gradient(run.reference[:, 3:], axis=0)
-    inputs = run.measured.copy(), run.reference.copy(), rates
-    return Recorded(stamps, due, late, *ages(stamps, late, grid.period), *inputs, np.full((n, 2), np.nan))
-
-
-@pytest.mark.parametrize("observed", [False, True])
-@pytest.mark.parametrize("made", ["unlike", "stranger"])
-def test_a_replay_gives_the_wrenches_of_the_classes_whatever_the_spans_and_the_actuators_that_it_finds(
-    made: str, observed: bool
-) -> None:
-    scenario = scenario_of(made, observed)
-    recorded, found = recorded_of(made, observed), []
-    for interpreted, cut in ((True, 0), (False, 0), (False, 70)):
-        controller = scenario.controller
-        loop, wrench = make_control_loop(controller), np.full_like(recorded.wrench, np.nan)
-        idle = Observer(controller.observer, controller.vessel)
-        for span in (range(cut), range(cut, len(wrench))):
-            replay_controller(loop, idle, recorded._replace(wrench=wrench), span, interpreted)
-        assert (loop.law.known is loop.law.vessel) == (made == "unlike")
-        found.append((wrench, np.array([*loop.wrench, *(loop.observer.estimate if loop.observer else ())])))
-    for wrench, end in found[1:]:
-        np.testing.assert_array_equal(wrench, found[0][0])
-        np.testing.assert_array_equal(end, found[0][1])
-    assert np.isfinite(found[0][0]).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kernel import bound
-from vessel_hsmc_ros.simulation import compiled_loop, recorded_loop
+from vessel_hsmc_ros.simulation import compiled_loop
 from vessel_hsmc_ros.simulation.compilation import available
 
 only_compiled = pytest.mark.skipif(not available(), reason="compilation is switched off, or Numba is not installed")
@@ -33,6 +33,5 @@ def as_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
         return draw(rows) if wanted else np.full((rows, columns), np.nan)
 
     monkeypatch.setattr(compiled_loop, "_drawn", drawn)
-    for module in (compiled_loop, recorded_loop):
-        monkeypatch.setattr(module, "compiled", text)
-        monkeypatch.setattr(module, "available", lambda: True, raising=False)
+    monkeypatch.setattr(compiled_loop, "compiled", text)
+    monkeypatch.setattr(compiled_loop, "available", lambda: True)

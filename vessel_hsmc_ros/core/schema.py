@@ -12,11 +12,11 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import Any, TypeVar, cast, get_type_hints
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
-Value = bool | int | float | str | tuple[float, ...] | tuple[str, ...]
+Value = bool | int | float | str | tuple[float, ...] | tuple[int, ...] | tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,8 @@ class Entry:
             return "one of " + ", ".join(self.choices)
         number = "number" if self.high == math.inf else "finite number"
         kinds = {bool: "true or false", int: "an integer", float: f"a {number}", str: "a string"}
-        many = "a list of strings" if self.type == tuple[str, ...] else f"a list of {self.length or ''} {number}s"
+        lists = {tuple[str, ...]: "a list of strings", tuple[int, ...]: "a list of integers"}
+        many = lists.get(self.type, f"a list of {self.length or ''} {number}s")
         unit = f" {self.unit}" if self.unit else ""
         span = f" from {self.low:g} to {self.high:g}{unit}" if self.low is not None and self.high is not None else ""
         return " ".join(kinds.get(self.type, many).split()) + span
@@ -101,8 +102,8 @@ def _convert(kind: Any, value: object) -> Value:
 
     Raises TypeError if the value is not of this kind.
     """
-    if kind in (tuple[float, ...], tuple[str, ...]):
-        element = float if kind == tuple[float, ...] else str
+    if get_origin(kind) is tuple:
+        element = get_args(kind)[0]
         if isinstance(value, str | Mapping) or not hasattr(value, "__iter__"):
             raise TypeError
         return cast("Value", tuple(_convert(element, item) for item in cast("Any", value)))

@@ -25,6 +25,8 @@ from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, RecentProblem, Reporter, summarised
+from vessel_hsmc_ros.nodes.scheduling import claim
+from vessel_hsmc_ros.scenario.parameter_groups import RealTimeParameters
 from vessel_hsmc_ros.scenario.parameters_file import missed_sections
 
 if TYPE_CHECKING:
@@ -254,6 +256,13 @@ class VesselNode(Node, metaclass=Whole):
         self.get_logger().info("; ".join(part for part in (self.describe(), mode, *topics) if part))
         if unused := self.compatibility.unused():
             self.get_logger().warning(f"{unused}: the node has no such publisher or subscription")
+
+    def claim_real_time(self) -> None:
+        """Ask for the real-time options that are on; log what was granted, and what was refused and what to do."""
+        if not self.parameters.lockstep and self.parameters.real_time != RealTimeParameters():
+            outcome = claim(self.parameters.real_time)
+            log = self.get_logger()
+            (log.warning if outcome.refused else log.info)(str(outcome))
 
     def spin(self, running: Callable[[], bool]) -> None:
         """Serve callbacks until the node has finished or `running` returns False."""

@@ -10,7 +10,6 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
-from pathlib import Path
 from traceback import walk_tb
 from types import FrameType
 from typing import Any
@@ -116,6 +115,7 @@ def _run(node_class: type[VesselNode], arguments: list[str] | None, running: Cal
     try:
         node.on_own_process()
         node.announce()
+        node.claim_real_time()
         spare_collections()
         return do_all((partial(node.spin, running), node.close), [node])
     finally:
@@ -232,14 +232,6 @@ def _shown(value: object) -> str:
 
 def _indented(text: str) -> str:
     return "\n".join(f"  {line}" for line in text.splitlines())
-
-
-def run_in_batches() -> None:
-    """Use the batch policy for all threads: the process gets its share of the cores, but preempts no other."""
-    # Not a larger niceness: the threads of the middleware must answer in time too.
-    with suppress(OSError):  # a container may forbid it
-        for thread in Path("/proc/self/task").iterdir():
-            os.sched_setscheduler(int(thread.name), os.SCHED_BATCH, os.sched_param(0))
 
 
 def spare_collections() -> None:

@@ -17,8 +17,8 @@ from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYP
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.parameter_collector import ParameterCollector
-from vessel_hsmc_ros.nodes.process import run_in_batches
 from vessel_hsmc_ros.nodes.reporting import recording
+from vessel_hsmc_ros.nodes.scheduling import run_in_batches
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
 
 

@@ -315,7 +315,8 @@ class Simulator:
 
         `command`: commanded surge force [N] and yaw moment [N·m]. Raises SimulationError if the command is not finite.
         """
-        check_command(command)
+        if not (math.isfinite(command[0]) and math.isfinite(command[1])):  # a NaN would remain in the state for ever
+            raise SimulationError(f"commanded wrench must be finite numbers (got {command[0]} N, {command[1]} N·m)")
         self._state = apply(self._state, command, self._constants)
         return self._state.tau
 
@@ -375,13 +376,3 @@ def within(actuators: ActuatorParameters, vessel: ShipParameters) -> ActuatorPar
         surge_force_limit=min(actuators.surge_force_limit, vessel.surge_force_limit),
         yaw_moment_limit=min(actuators.yaw_moment_limit, vessel.yaw_moment_limit),
     )
-
-
-def check_command(command: tuple[float, float]) -> None:
-    """Reject a command that is not finite: one NaN would remain in the state for ever.
-
-    `command`: commanded surge force [N] and yaw moment [N·m]. Raises SimulationError if the surge force or the yaw moment is
-    not finite.
-    """
-    if not (math.isfinite(command[0]) and math.isfinite(command[1])):
-        raise SimulationError(f"commanded wrench must be finite numbers (got {command[0]} N, {command[1]} N·m)")

@@ -137,7 +137,9 @@ class ThrusterPlant(Simulator):
         SimulationError if a demand is not finite.
         """
         for thruster, *demands in zip(self._layout.thrusters(), thrust, angle, strict=True):
-            check_demand(thruster.name, *demands)
+            if not all(map(math.isfinite, demands)):  # a NaN would remain in the state for ever
+                texts = " N and ".join(map(str, demands))
+                raise SimulationError(f"demand of thruster {thruster.name} must be finite numbers (got {texts} rad)")
         self._state = apply_thrusts(self._state, thrust, angle, self._constants, self._thrust, self._thrusters)
         return self._state.tau
 
@@ -159,12 +161,3 @@ def apply_thrusts(
     psi = state.motion.psi
     through_water = state.motion.u - (c.current[0] * math.cos(psi) + c.current[1] * math.sin(psi))
     return PlantState(state.motion, state.measured, hull_wrench(now, through_water, t), state.gust, state.commands, state.sent)
-
-
-def check_demand(name: str, thrust: float, angle: float) -> None:
-    """Reject a demand that is not finite: one NaN would remain in the state for ever.
-
-    `name`: of the thruster. `thrust`, `angle`: its demand, N and rad. Raises SimulationError if thrust or angle is not finite.
-    """
-    if not (math.isfinite(thrust) and math.isfinite(angle)):
-        raise SimulationError(f"demand of thruster {name} must be finite numbers (got {thrust} N and {angle} rad)")

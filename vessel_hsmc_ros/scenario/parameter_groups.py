@@ -18,6 +18,18 @@ def rate(description: str) -> float:
 
 
 @dataclass(frozen=True)
+class RealTimeParameters:
+    """What a node in real time asks of the operating system at its start; its log says what was granted."""
+
+    thread_priority: int = parameter(
+        0, "Priority of the node's threads under SCHED_FIFO; 0 leaves them under the usual scheduling.", low=0, high=99
+    )
+    lock_memory: bool = parameter(False, "Keep all memory of the process in RAM, by mlockall.")
+    # ROS has no empty list of integers.
+    cpu_affinity: tuple[int, ...] = parameter((-1,), "Cores that the process may use; -1: any.", low=-1, high=1023)
+
+
+@dataclass(frozen=True)
 class CommonParameters:
     """Parameters of every node of the closed loop."""
 
@@ -37,6 +49,7 @@ class CommonParameters:
         "In lockstep, bridge refused and missing inputs as in real time, by the age of their stamps, and answer every step; false"
         " ends the run with an error.",
     )
+    real_time: RealTimeParameters = group(RealTimeParameters)
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,8 @@ def _in_group(group: str, names: str) -> tuple[str, ...]:
     return tuple(f"{group}.{name}" for name in names.split())
 
 
+IN_LOCKSTEP = Rule(("real_time.*",), lambda values: bool(values.get("lockstep")), "lockstep is true", alternative=True)
+
 OF_THE_PLANT = (
     _without(_in_group("disturbance.periodic", "surge_force sway_force yaw_moment"), "disturbance.periodic.frequency"),
     _without(_in_group("disturbance.earth_fixed", "east_force north_force gust_deviation"), "disturbance.earth_fixed.lever"),
@@ -110,10 +112,9 @@ def _unused(law: str) -> Callable[[Values], bool]:
 
 
 def rules_of(node: str) -> tuple[Rule, ...]:
-    """The rules on the parameters of a node; none for most nodes."""
-    if node == PLANT:
-        return OF_THE_PLANT
-    return tuple({REFERENCE: _of_the_reference, CONTROLLER: _of_the_controller}.get(node, tuple)())
+    """The rules on the parameters of a node."""
+    own = {PLANT: lambda: OF_THE_PLANT, REFERENCE: _of_the_reference, CONTROLLER: _of_the_controller}.get(node, tuple)
+    return IN_LOCKSTEP, *own()
 
 
 def not_in_use(node: str, values: Values) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """What the two ways to run a closed loop have in common: rows of a run, the terms of the law, and which laws are compiled.
 
-One way is here: the loop of the classes that the nodes use, stepped in one process, in which any law runs.
+One way is here: the loop of the classes that the nodes use, stepped in one process, in which any law runs; and the controller
+over recorded inputs.
 """
 
 from abc import ABC, abstractmethod
@@ -13,8 +14,9 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.interface.kernel_law import FLAGS, KernelLaw
 from vessel_hsmc_ros.control.interface.law import Law, Terms, lyapunov_function, lyapunov_rates, weight_norms
 from vessel_hsmc_ros.control.loop.allocation import Allocation
+from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_published, extrapolate
+from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, as_published, extrapolate
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import Reference, make_reference
 from vessel_hsmc_ros.guidance.following import FollowingReference
@@ -239,3 +241,27 @@ class InterpretedLoop(Loop):
         while len(self._desired.published) < count:
             self._desired.publish()
         return np.array([(*state, *acceleration) for state, acceleration in self._desired.published[:count]])
+
+
+class Recorded(NamedTuple):
+    """Recorded inputs of the controller, a row for each odometry message, and the wrenches that it commands."""
+
+    stamp: Stamps  # times of the steps that the messages belong to, (n,) ns
+    due: NDArray[np.bool_]  # whether a control period begins, (n,)
+    measured_at: Stamps  # times of the measurements, (n,) ns
+    age: Array  # how much older than the messages' steps they are, (n,) s
+    # motion, desired: x, y, psi, u, v, r of ship and reference, (n, 6)
+    motion: Array
+    desired: Array
+    acceleration: Array  # du, dv, dr of the reference, (n, 3)
+    wrench: Array  # commanded surge force [N] and yaw moment [N·m], (n, 2), to be written
+
+
+def replay_controller(loop: ControlLoop, recorded: Recorded, span: range) -> None:
+    """Compute the commands for a span of recorded messages. Raises ControlError if the law is not defined for one."""
+    for k in span:
+        if recorded.due[k]:
+            motion, rate, age = as_motion(recorded.motion[k]), as_acceleration(recorded.acceleration[k]), float(recorded.age[k])
+            desired = extrapolate(as_motion(recorded.desired[k]), rate, -age)
+            loop.step(int(recorded.stamp[k]), motion, desired, rate, int(recorded.measured_at[k]), age)
+        recorded.wrench[k] = loop.wrench

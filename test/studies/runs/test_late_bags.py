@@ -66,7 +66,7 @@ def test_what_is_identified_from_a_late_bag_is_each_measurement_once_with_its_ow
 
 def test_a_late_bag_is_verified_to_the_bit(late: tuple[Bag, ClosedLoop]) -> None:
     bag, _ = late
-    found = verify(bag, bag.scenario(), interpreted=True)
+    found = verify(bag, bag.scenario())
     assert len(found.time) == 81
     assert not len(found.differing)
 

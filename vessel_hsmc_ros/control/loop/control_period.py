@@ -148,17 +148,12 @@ def with_heading(at: AtControlledPoint, age: float, heading: float, memory: Any,
 @functools.cache
 def period_of(law: type[KernelLaw[Any]], observed: bool) -> Callable[..., Period]:
     """`control_period` with a law, with the observer or without: the kernel that a compiled loop calls by that name."""
-    kernels: dict[str, Callable[..., Any]] = {"law_step": _call_of(law), "law_outdated": law.outdated}
+    step_of_law = bound(with_heading if law.takes_heading else with_age if law.takes_age else plain, step=law.kernel)
+    kernels: dict[str, Callable[..., Any]] = {"law_step": kernel(step_of_law), "law_outdated": law.outdated}
     made = bound(control_period, **kernels | ({} if observed else {"observe": unobserved}))
     # By which its machine code is kept.
     made.__module__, made.__qualname__ = law.kernel.__module__, law.kernel.__qualname__ + "_observed" * observed
     return kernel(made)
-
-
-def _call_of(law: type[KernelLaw[Any]]) -> Callable[..., StepOfLaw]:
-    """The kernel for the name `law_step`."""
-    call = bound(with_heading if law.takes_heading else with_age if law.takes_age else plain, step=law.kernel)
-    return kernel(call)
 
 
 def cause(law: KernelLaw[Any], given: ControlInputs, last: ControlState, c: ControlConstants) -> VesselHsmcError:

@@ -83,17 +83,12 @@ def open_loop(system: System, omega: Array, T: float) -> NDArray[np.complex128]:
     return np.asarray(-(states[:, :, 0] @ system.C), dtype=np.complex128)
 
 
-def closed_poles(system: System) -> NDArray[np.complex128]:
-    """The poles of the closed loop in the z plane."""
-    closed = system.A + np.outer(system.B, system.C)
-    return np.asarray(np.linalg.eigvals(closed), dtype=np.complex128)
-
-
 def margins(system: System, T: float) -> Margins:
     """The margins of a loop with the control period T [s]."""
     omega = np.geomspace(1e-5 / T, math.pi / T, FREQUENCIES)
     L = open_loop(system, omega, T)
-    stable = bool(np.max(np.abs(closed_poles(system)), initial=0.0) < 1.0 + UNDRIVEN)
+    poles = np.linalg.eigvals(system.A + np.outer(system.B, system.C))
+    stable = bool(np.max(np.abs(poles), initial=0.0) < 1.0 + UNDRIVEN)
     logarithm, phase = np.log(np.maximum(np.abs(L), 1e-300)), np.unwrap(np.angle(L))
     ones = _crossings(logarithm, logarithm, phase, np.log(omega))
     lag = np.array([_turned(angle) for _, angle, _ in ones])

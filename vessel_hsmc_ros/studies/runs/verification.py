@@ -17,7 +17,6 @@ from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag, Event, changed_parameters
 from vessel_hsmc_ros.bags.writer import VERSIONS
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, ages
-from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kernel import Array
@@ -29,8 +28,8 @@ from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.simulation.loop import Recorded, replay_controller
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.simulation.recorded_loop import Recorded, replay_controller
 
 TOPICS = ("odom", "reference", "cmd_wrench")
 SURGE_AND_YAW = [0, 2]
@@ -67,13 +66,12 @@ class Verification:
         return indices
 
 
-def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpreted: bool = False) -> Verification:
+def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verification:
     """Recompute every command of a recorded lockstep run.
 
     `bag`: a bag with `odom`, `reference` and `cmd_wrench`. `scenario`: the bag's own scenario, or a modified one to see the
-    difference. `interpreted`: run the plain Python text, also where it could be compiled; the numbers are the same. Raises
-    BagError if the bag lacks a topic, or was recorded in real time; ControlError if the law is not defined for a recorded
-    input.
+    difference. Raises BagError if the bag lacks a topic, or was recorded in real time; ControlError if the law is not defined for
+    a recorded input.
     """
     if not scenario.controller.lockstep:
         raise BagError(
@@ -97,7 +95,7 @@ def verify(bag: Bag, scenario: Scenario, namespace: str | None = None, interpret
     events = [event for event in bag.events(namespace) if event.node == "controller"]
     inputs = run_from_bag.inputs_at(stamps[:last], reference)
     recorded_inputs = _recorded(scenario, stamps[:last], measured_at[:last], states[:last], inputs)
-    computed = _computed(scenario, events, recorded_inputs, interpreted)
+    computed = _computed(scenario, events, recorded_inputs)
     chosen = np.flatnonzero(answered[: len(computed)])
     if not len(chosen):
         raise BagError(f"bag {bag.path} has no reference for its first odometry message")
@@ -137,23 +135,22 @@ def _recorded(
     end = int(missing[0]) if len(missing) else len(stamps)
     motion, desired, acceleration = (np.ascontiguousarray(values[:end]) for values in (states, references, accelerations))
     at, then = stamps[:end].copy(), measured_at[:end].copy()
-    return Recorded(at, due[:end], then, *ages(at, then, grid.period), motion, desired, acceleration, np.empty((end, 2)))
+    return Recorded(at, due[:end], then, ages(at, then, grid.period)[0], motion, desired, acceleration, np.empty((end, 2)))
 
 
-def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded, interpreted: bool) -> Array:
+def _computed(scenario: Scenario, events: Sequence[Event], recorded: Recorded) -> Array:
     """The wrench for each odometry message, as the node would compute it, (n, 2)."""
     controller = scenario.controller
     loop = make_control_loop(controller)
-    idle = Observer(controller.observer, controller.vessel)
     time, start = (recorded.stamp - recorded.stamp[:1]) * 1e-9, 0
     # An event has the stamp of the node's latest command, so it takes effect from the next odometry message on.
     for at, group in itertools.groupby(events, key=lambda event: event.time):
         stop = max(start, int(np.searchsorted(time, at, side="right")))
-        replay_controller(loop, idle, recorded, range(start, stop), interpreted)
+        replay_controller(loop, recorded, range(start, stop))
         start = stop
         if start < len(time):
             controller = _apply(loop, controller, [*group])
-    replay_controller(loop, idle, recorded, range(start, len(time)), interpreted)
+    replay_controller(loop, recorded, range(start, len(time)))
     return recorded.wrench
 
 
