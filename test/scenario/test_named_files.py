@@ -30,6 +30,7 @@ READERS: dict[str, tuple[Callable[[Path], Any], str]] = {
 @pytest.mark.parametrize(("read", "text"), READERS.values(), ids=READERS)
 def test_a_file_with_a_byte_order_mark_is_read_as_without(tmp_path: Path, read: Callable[[Path], Any], text: str) -> None:
     path = tmp_path / "mine.yaml"
+    path.write_bytes(text.encode())
     plain = read(path)
     path.write_bytes(b"\xef\xbb\xbf" + text.encode())
     assert read(path) == plain
