@@ -44,10 +44,11 @@ def bag_size(folder: Any) -> Any:
 
 
 def nodes_of(command: Any) -> Any:
-    """The processes of the nodes of a run by their names; one of that of all of them."""
+    """The processes of the nodes of a run by their names; that of all of them is a fork of the command."""
     lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
-    names = (*START_ORDER, GROUP)
-    return {name: pid for name in names for pid, line in lines.items() if line[2:4] == ["vessel_hsmc_ros.nodes", name]}
+    forks = [(GROUP, pid) for pid, line in lines.items() if line == command_line(command.popen.pid)]
+    named = {line[3]: pid for pid, line in lines.items() if line[2:3] == ["vessel_hsmc_ros.nodes"]}
+    return {name: named[name] for name in START_ORDER if name in named} | dict(forks)
 
 
 FORMS = pytest.mark.parametrize("form", ["--composed", "--processes"])

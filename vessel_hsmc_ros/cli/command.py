@@ -10,7 +10,7 @@ import click
 from vessel_hsmc_ros.cli.console import print_error, print_status, print_warning
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE, raise_at_interrupt
 from vessel_hsmc_ros.core.exceptions import BagWarning, NoBagError, ParameterError, ScenarioError, VesselHsmcError
-from vessel_hsmc_ros.core.install_paths import __version__, missing_module, require
+from vessel_hsmc_ros.core.install_paths import PACKAGE, missing_module, require
 
 GROUPS = {
     "Simulate a ship": {
@@ -125,7 +125,7 @@ class Verbs(click.Group):
 
 
 @click.group(cls=Verbs, context_settings={"help_option_names": HELP})
-@click.version_option(__version__)
+@click.version_option(package_name=PACKAGE)
 def cli() -> None:
     """Simulate a ship under automatic control, record the run and analyse it.
 

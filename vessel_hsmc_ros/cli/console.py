@@ -1,21 +1,24 @@
-"""Output of the command: lines, tables, progress bars and the result of a run, in a terminal or in a log file."""
+"""Output of the command: lines, tables, progress bars and the result of a run, in a terminal or in a log file.
+
+The library that prints is imported where it prints: it takes longer than the help text of the command.
+"""
+
+from __future__ import annotations
 
 import shlex
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from rich import box
-from rich.console import Console, JustifyMethod
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from rich.console import Console, JustifyMethod
+
     from vessel_hsmc_ros.studies.runs.scenario_run import Result
 
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
@@ -24,24 +27,26 @@ PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 LINE_PERIODS = 1.0, 4.0  # shortest and longest time between two lines of progress where there is no progress bar, s
 
 
-def print_line(text: str) -> None:
-    """Print a line of results to standard output."""
-    Console().print(text, **PLAIN)
+def print_line(text: str, style: str = "", stderr: bool = False) -> None:
+    """Print a line of results to standard output, or a line to standard error."""
+    from rich.console import Console
+
+    Console(stderr=stderr).print(text, style=style, **PLAIN)
 
 
 def print_status(text: str) -> None:
     """Print a line about the progress of the command to standard error."""
-    Console(stderr=True).print(text, **PLAIN)
+    print_line(text, stderr=True)
 
 
 def print_warning(text: str) -> None:
     """Print a warning to standard error, in yellow where the terminal has colours."""
-    Console(stderr=True).print(f"warning: {text}", style="yellow", **PLAIN)
+    print_line(f"warning: {text}", "yellow", stderr=True)
 
 
 def print_error(text: str) -> None:
     """Print an error message to standard error, in red where the terminal has colours."""
-    Console(stderr=True).print(f"error: {text}", style="red", **PLAIN)
+    print_line(f"error: {text}", "red", stderr=True)
 
 
 def print_table(
@@ -58,6 +63,10 @@ def print_table(
     the columns; no header is printed if all are empty. A name is broken at its spaces. `rows`: the cells of each row, which may
     contain Rich markup such as `[red]miss[/]`.
     """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
     console = console or Console()
     lines: list[Sequence[str]] = [[name.replace(" ", "\n") for name in head], *rows]
     for columns in _fitting(lines, text_columns, console):
@@ -107,6 +116,9 @@ def progress_bar(title: str, total: float | None, unit: str = "s") -> Iterator[C
         `update(completed, line="", note="")`: move the bar to the completed amount, with a note beside it; instead of a bar,
         print the line if there is one, else how far it is and the note at each tenth of the total, and every four seconds.
     """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
     # On standard error, so that the standard output contains results only.
     console = Console(stderr=True)
     if not console.is_terminal or console.is_dumb_terminal:
@@ -155,7 +167,7 @@ def write_new(path: Path, text: str) -> None:
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
 
 
-def print_result(result: "Result") -> None:
+def print_result(result: Result) -> None:
     """Print the metrics of a run, how it failed if it did, and the paths of its files."""
     if result.metrics is not None:
         from vessel_hsmc_ros.report import rows  # imports the report's libraries
@@ -167,7 +179,7 @@ def print_result(result: "Result") -> None:
     print_line(f"run folder: {result.folder.path}")
 
 
-def print_failure(result: "Result") -> None:
+def print_failure(result: Result) -> None:
     """Print how a run failed if it did; Ctrl-C is no error, and has the line that it has in every command."""
     if result.exit_code == INTERRUPTED:
         print_status(INTERRUPTED_LINE)

@@ -9,13 +9,12 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
 
-__version__ = version("vessel_hsmc_ros")
+__version__: str
 
 
 PACKAGE = "vessel_hsmc_ros"
@@ -37,6 +36,15 @@ ROS_REMEDY = (
     "nodes need ROS 2, `pip install 'ros-jazzy-rclpy[fastrtps]' ros-jazzy-common-interfaces` or source a Jazzy workspace;"
     " `vessel-hsmc simulate` does without"
 )
+
+
+def __getattr__(name: str) -> str:
+    """The version when it is asked for: the library that reads it takes longer to import than the command's help."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import version
+
+    return version(PACKAGE)
 
 
 def prefixes() -> list[Path]:

@@ -89,6 +89,12 @@ def main(arguments: list[str] | None = None) -> int:
             rclpy.shutdown(uninstall_handlers=False)
 
 
+def import_nodes(names: Sequence[str]) -> None:
+    """Import the nodes among some arguments, with or without a namespace, before a fork."""
+    for name in {name.rpartition("/")[2] for name in names} & LOOP.keys():
+        _class_of(name)
+
+
 def _class_of(name: str) -> Any:
     """The class of a node by its name; imported at the start, because the plant's node is above this room."""
     return getattr(import_module(LOOP[name].source), LOOP[name].kind)

@@ -28,7 +28,10 @@ class StatusListener:
         heard_at: Time of the latest status of each node, on the monotonic clock, s.
     """
 
+    created = False  # whether this process has had one, and so the middleware
+
     def __init__(self, namespace: str = "", vessels: Iterable[str] = ()) -> None:
+        StatusListener.created = True
         self._vessels = tuple(f"{vessel}/" for vessel in vessels)
         self._prefix = f"{namespace}/" if namespace else ""
         self.status: dict[str, dict[str, str]] = {}

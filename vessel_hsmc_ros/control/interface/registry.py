@@ -9,6 +9,7 @@ import dataclasses
 import logging
 import re
 from collections.abc import Iterator, Mapping
+from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, NamedTuple, TypeGuard, get_args, get_origin
 
@@ -71,12 +72,16 @@ class Registry(Mapping[str, LawKind]):
     def __len__(self) -> int:
         return len(self.built_in) + len(self.others)
 
+    @cached_property
+    def _entries(self) -> list[EntryPoint]:
+        return [*entry_points(group=GROUP)]  # it reads the metadata of every installed package
+
     @property
     def built_in(self) -> Mapping[str, LawKind]:
         """The laws of this package: those that are given, and those of its own entry points."""
         if not self._complete:
             self._complete = True
-            for entry in filter(_is_own, entry_points(group=GROUP)):
+            for entry in filter(_is_own, self._entries):
                 self._built_in[entry.name] = checked(entry.load(), None)
         return self._built_in
 
@@ -85,7 +90,7 @@ class Registry(Mapping[str, LawKind]):
         """The laws that are not of this package, in the order of their registration."""
         if not self._searched:
             self._searched = True  # before the imports: a package that uses the registry itself must not start over
-            for entry in entry_points(group=GROUP):
+            for entry in self._entries:
                 if not _is_own(entry):
                     self._take(entry)
         return self._others

@@ -8,13 +8,18 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Collection, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from multiprocessing.context import ForkProcess
 from pathlib import Path
+from typing import BinaryIO
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import PROFILES, discovery_profiles
 from vessel_hsmc_ros.core.node_list import CONTROLLER, GROUP, RECORDER, taking_part
+from vessel_hsmc_ros.nodes.entry_points import end_on_interrupt
+from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.scenario.law_file import law_file_options
 
 STOP_LIMIT = 8.0  # time limit for a process to exit after SIGINT, s, after which it is killed; generous, for busy machines
@@ -56,12 +61,53 @@ def spread(vessels: Sequence[str], by_thrusters: bool, lockstep: bool, composed:
     return {RECORDER: (RECORDER,), **{f"group_{k + 1}": names for k, names in enumerate(of_vessels)}}
 
 
+class Fork(ForkProcess):
+    """A fork of this process, with what its supervisor calls of a `subprocess.Popen`; it imports nothing again."""
+
+    def __init__(self, args: Sequence[str], work: Callable[[], int]) -> None:
+        self.args = args  # the command that would do the same
+        super().__init__(target=lambda: sys.exit(work()), daemon=True)
+        with warnings.catch_warnings():  # of threads, which here are those of the progress bar and of NumPy
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self.start()
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self.ident or 0
+
+    @property
+    def returncode(self) -> int | None:
+        """Its exit code, None while it runs."""
+        return self.exitcode
+
+    def poll(self) -> int | None:
+        """Its exit code, None while it runs."""
+        return self.exitcode
+
+    def wait(self, timeout: float | None = None) -> None:
+        """Wait for its end. Raises TimeoutExpired if it takes longer than a limit, s."""
+        self.join(timeout)
+        if self.exitcode is None:
+            raise subprocess.TimeoutExpired("fork", timeout or 0.0)
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal to it, if it runs."""
+        if self.exitcode is None:
+            os.kill(self.pid, number)
+
+
+def can_fork() -> bool:
+    """Whether this process can be forked: the middleware, whose threads name themselves, has not run in it."""
+    return not StatusListener.created and len({thread.read_text() for thread in Path("/proc/self/task").glob("*/comm")}) == 1
+
+
 @dataclass(frozen=True)
 class NodeProcess:
     """The process of a node, or of several, and the log file of its output."""
 
     name: str
-    popen: subprocess.Popen[bytes]
+    popen: subprocess.Popen[bytes] | Fork
     log: Path
     nodes: Sequence[str] = ()
 
@@ -125,16 +171,39 @@ class NodeGroup:
     def _start(self, name: str, command: list[str], log: Path, nodes: Sequence[str]) -> None:
         with log.open("ab") as output:  # the log of a node that is restarted goes on
             _reserve(output.fileno())
-            popen = subprocess.Popen(  # noqa: S603 - our own modules
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                env=self._environment,
-                start_new_session=True,  # Ctrl-C must reach only the supervisor, which stops the nodes in order
-                preexec_fn=_die_with_parent,
-            )
+            popen = self._fork(command, output.fileno()) if name == GROUP and can_fork() else self._execute(command, output)
         self.processes.append(NodeProcess(name, popen, log, nodes))
+
+    def _execute(self, command: list[str], output: BinaryIO) -> subprocess.Popen[bytes]:
+        """Start a command whose output goes to a file."""
+        return subprocess.Popen(  # noqa: S603 - our own modules
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=self._environment,
+            start_new_session=True,  # Ctrl-C must reach only the supervisor, which stops the nodes in order
+            preexec_fn=_die_with_parent,
+        )
+
+    def _fork(self, command: list[str], output: int) -> Fork:
+        """Run what the command of a group of nodes would run in a fork, whose output goes to a file."""
+        from vessel_hsmc_ros.nodes import node_group  # takes as long to import as everything else
+
+        arguments = command[command.index(GROUP) + 1 :]
+        node_group.import_nodes(arguments)
+
+        def work() -> int:
+            end_on_interrupt()
+            os.setsid()
+            _die_with_parent()
+            os.dup2(output, 1)
+            os.dup2(output, 2)
+            sys.stdout, sys.stderr = (open(number, "w", errors="replace", closefd=False) for number in (1, 2))  # noqa: SIM115
+            os.environ.update(self._environment)
+            return node_group.main(arguments)
+
+        return Fork(command, work)
 
     def __enter__(self) -> "NodeGroup":
         return self
