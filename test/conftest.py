@@ -1,6 +1,8 @@
 """Each pytest process has a ROS domain of its own, nodes find each other fast, and each test has the mark of its kind."""
 
 import faulthandler
+import functools
+import gc
 import os
 import signal
 import sys
@@ -95,27 +97,19 @@ def laws() -> Iterator["Registry"]:
 
 
 @pytest.fixture(autouse=True)
-def _compilation() -> Iterator[None]:
-    """Switch compilation on again after each test: `--interpreted` switches it off for the process."""
+def _process() -> Iterator[None]:
+    """Leave the process as each test found it.
+
+    `--interpreted` switches compilation off; the command and the nodes ignore signals at their end; and on a busy machine the
+    tests after one that has lowered the priority, and what they start, would hardly run.
+    """
+    niceness = os.getpriority(os.PRIO_PROCESS, 0)
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     yield
     os.environ.pop("VESSEL_HSMC_INTERPRETED", None)
-
-
-@pytest.fixture(autouse=True)
-def _signal_handlers() -> Iterator[None]:
-    """Restore the handlers after each test: the command and the nodes ignore signals at their end."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    yield
-    for number, handler in before.items():
+    for number, handler in handlers.items():
         signal.signal(number, handler)
-
-
-@pytest.fixture(autouse=True)
-def _niceness() -> Iterator[None]:
-    """No test lowers the priority of this process: on a busy machine those after it, and what they start, would hardly run."""
-    before = os.getpriority(os.PRIO_PROCESS, 0)
-    yield
-    assert os.getpriority(os.PRIO_PROCESS, 0) == before, "run what lowers the priority in a process of its own"
+    assert os.getpriority(os.PRIO_PROCESS, 0) == niceness, "run what lowers the priority in a process of its own"
 
 
 KINDS = {
@@ -148,15 +142,27 @@ LONG = (
 """Folders and files with the longest tests: they come first, so that all processes end at about the same time."""
 
 
-def urgency(item: pytest.Item) -> int:
-    """The place of a test's file or folder in LONG."""
-    path = item.path.relative_to(ROOT / "test").as_posix()
-    return next((place for place, prefix in enumerate(LONG) if path.startswith(prefix)), len(LONG))
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Collect without looking for garbage: there is none among the tests, and looking takes a third of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+@functools.cache
+def place(file: Path) -> tuple[int, str]:
+    """The place of a test's file or folder in LONG, and its kind."""
+    path = file.relative_to(ROOT / "test").as_posix()
+    urgency = next((place for place, prefix in enumerate(LONG) if path.startswith(prefix)), len(LONG))
+    return urgency, next((kind for prefix, kind in KINDS.items() if path.startswith(prefix)), "files")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark each test with its kind, and let the longest come first."""
-    items.sort(key=urgency)
+    items.sort(key=lambda item: place(item.path)[0])
     for item in items:
-        path = item.path.relative_to(ROOT / "test").as_posix()
-        item.add_marker(next((kind for prefix, kind in KINDS.items() if path.startswith(prefix)), "files"))
+        item.add_marker(place(item.path)[1])

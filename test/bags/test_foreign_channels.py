@@ -1,5 +1,6 @@
 """Channels whose messages cannot be decoded: they are counted and passed on, and the other topics are read."""
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from vessel_hsmc_ros.preflight.from_bag import connection_in
 from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.studies.identification.measurements import from_bag
 
-ROWS = sailed(duration=12.0)
+rows = functools.cache(lambda: sailed(duration=12.0))
 PAYLOAD = b"\x00\x01\x00\x00something"
 
 KINDS: dict[str, tuple[str, str, str, bytes]] = {
@@ -49,17 +50,17 @@ def channel(kind: str, topic: str, count: int) -> Callable[[Writer], None]:
 @pytest.mark.parametrize("count", [0, 5])
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_other_topics_are_read_whatever_a_foreign_channel_is(tmp_path: Path, kind: str, count: int, topic: str) -> None:
-    path = write_boat(tmp_path / "bag" / "bag_0.mcap", ROWS, extra=channel(kind, topic, count))
+    path = write_boat(tmp_path / "bag" / "bag_0.mcap", rows(), extra=channel(kind, topic, count))
     bag = open_bag(path)
     assert bag.topics[topic].count == count
-    assert bag.count == 2 * len(ROWS) + count
+    assert bag.count == 2 * len(rows()) + count
     assert [raw.data for raw in bag.raw_messages(topic)] == [PAYLOAD] * count
-    assert len(bag["/odom"]["pose.pose.position.x"]) == len(ROWS)
+    assert len(bag["/odom"]["pose.pose.position.x"]) == len(rows())
     bag.load()
-    assert sum(1 for _ in bag.messages()) == 2 * len(ROWS)
-    assert len(from_bag(path, "/").time) == len(ROWS)
-    assert len(of_bag(path, "/").run.time) == len(ROWS)
-    assert len(connection_in(bag).topics["/odom"].received) == len(ROWS)
+    assert sum(1 for _ in bag.messages()) == 2 * len(rows())
+    assert len(from_bag(path, "/").time) == len(rows())
+    assert len(of_bag(path, "/").run.time) == len(rows())
+    assert len(connection_in(bag).topics["/odom"].received) == len(rows())
     done = repair(path.parent)
     assert done.messages == bag.count
     assert open_bag(path.parent).information["message_count"] == bag.count
@@ -67,7 +68,7 @@ def test_the_other_topics_are_read_whatever_a_foreign_channel_is(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_only_the_decoding_of_such_a_channel_is_refused_with_the_reason(tmp_path: Path, kind: str) -> None:
-    path = write_boat(tmp_path / "bag_0.mcap", ROWS[:5], extra=channel(kind, "/driver/status", 3))
+    path = write_boat(tmp_path / "bag_0.mcap", rows()[:5], extra=channel(kind, "/driver/status", 3))
     bag = open_bag(path)
     series = bag["/driver/status"]
     assert series.undecodable
@@ -79,7 +80,7 @@ def test_only_the_decoding_of_such_a_channel_is_refused_with_the_reason(tmp_path
 
 @pytest.mark.parametrize("kind", ["no definition", "json", "no schema"])
 def test_odometry_that_cannot_be_decoded_is_named_with_the_reason(tmp_path: Path, kind: str) -> None:
-    path = write_boat(tmp_path / "bag_0.mcap", ROWS, topics=("/pose", "/wrench"), extra=channel(kind, "/odom", 3))
+    path = write_boat(tmp_path / "bag_0.mcap", rows(), topics=("/pose", "/wrench"), extra=channel(kind, "/odom", 3))
     reason = open_bag(path)["/odom"].undecodable
     with pytest.raises(BagError, match="has no odometry") as error:
         open_bag(path).namespace()
@@ -95,20 +96,20 @@ def test_a_topic_of_two_types_is_named_with_both(tmp_path: Path, count: int) -> 
         for k in range(count):
             writer.add_message(number, EPOCH * 10**9 + k, PAYLOAD, k)
 
-    bag = open_bag(write_boat(tmp_path / "bag_0.mcap", ROWS, extra=second))
+    bag = open_bag(write_boat(tmp_path / "bag_0.mcap", rows(), extra=second))
     text = bag["/odom"].undecodable
     assert f"{ODOMETRY} in cdr" in text
     assert f"{pose} in cdr" in text
     with pytest.raises(BagError, match="has messages of several types"):
         bag["/odom"]["pose.pose.position.x"]
-    assert len(bag["/applied_wrench"]["wrench.force.x"]) == len(ROWS)
+    assert len(bag["/applied_wrench"]["wrench.force.x"]) == len(rows())
 
 
 def test_two_channels_of_one_type_are_one_topic(tmp_path: Path) -> None:
     def second(writer: Writer) -> None:
         number = writer.register_channel("/odom", "cdr", writer.register_schema(ODOMETRY, "", b""))
-        for row in ROWS[:3]:
+        for row in rows()[:3]:
             writer.add_message(number, (EPOCH + 100) * 10**9, odometry(EPOCH + 100.0 + row[0], row), 0)
 
-    bag = open_bag(write_boat(tmp_path / "bag_0.mcap", ROWS, extra=second))
-    assert len(bag["/odom"]["pose.pose.position.x"]) == len(ROWS) + 3
+    bag = open_bag(write_boat(tmp_path / "bag_0.mcap", rows(), extra=second))
+    assert len(bag["/odom"]["pose.pose.position.x"]) == len(rows()) + 3

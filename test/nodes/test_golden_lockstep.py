@@ -14,7 +14,7 @@ from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_sim_node.node import VesselSimNode
 
-CHANGES = {"vessel_sim.duration": 1.0}
+CHANGES = {"vessel_sim.duration": 1.0, "vessel_sim.command_timeout": 60.0}  # the path takes time to plan on a busy machine
 TAPPED = {
     "/odom": conv.read_odometry,
     "/applied_wrench": conv.read_wrench,

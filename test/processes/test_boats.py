@@ -51,7 +51,9 @@ def takes_over(port: int) -> str:
     return "mode HOLD, commands need MANUAL"
 
 
-@pytest.mark.parametrize("stack", STACKS)
+@pytest.mark.parametrize(
+    "stack", ["mavlink", "otter", *(pytest.param(each, marks=pytest.mark.long) for each in ("ardupilot_dds", "px4"))]
+)
 def test_a_foreign_boat_follows_a_path_and_stops(
     start: Callable[..., Command], vessel_hsmc: Callable[..., int], tmp_path: Path, stack: str
 ) -> None:
@@ -76,18 +78,18 @@ def test_a_foreign_boat_follows_a_path_and_stops(
     boat = start(
         Path(sys.executable), BOAT, *STACKS[stack].split(), *address, "--ros-args", *(w for r in remaps for w in ("-r", r))
     )
-    boat.until(lambda: REPORT.search(boat.text), 60.0)
+    boat.until(lambda: REPORT.search(boat.text))
 
     def latest() -> tuple[float, ...]:
         return tuple(map(float, REPORT.findall(boat.text)[-1]))
 
     assert vessel_hsmc("path", tmp_path / "legs.csv", "--detach") == 0
-    boat.until(lambda: vessel_hsmc("call", "enable") == 0, 60.0)
-    boat.until(lambda: latest()[0] > 1.5, 60.0)
+    boat.until(lambda: vessel_hsmc("call", "enable") == 0)
+    boat.until(lambda: latest()[0] > 1.5)
     assert abs(latest()[1]) < 0.5, "off the leg, which is along x"
 
     if stack == "mavlink":
-        nodes["mavlink_node"].until(lambda: takes_over(station) in nodes["mavlink_node"].text, 60.0)
+        nodes["mavlink_node"].until(lambda: takes_over(station) in nodes["mavlink_node"].text)
         return
 
     def advance() -> float:
@@ -97,4 +99,4 @@ def test_a_foreign_boat_follows_a_path_and_stops(
 
     moving = advance()
     assert vessel_hsmc("call", "stop") == 0
-    boat.until(lambda: advance() < 0.5 * moving, 60.0)  # without thrust it slows down
+    boat.until(lambda: advance() < 0.5 * moving)  # without thrust it slows down

@@ -34,7 +34,7 @@ def started(start: Any, *arguments: Any) -> Any:
     """Start a run and wait until its bag grows; returns the command and its run folder."""
     command = start("vessel-hsmc", "run", "case2_tracking", *arguments)
     runs = command.output.parent / "runs"
-    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > WELL_UNDER_WAY, 60.0)
+    command.until(lambda: (folder := run_folder(runs)) and bag_size(folder) > WELL_UNDER_WAY)
     return command, run_folder(runs)
 
 
@@ -78,7 +78,7 @@ def test_a_killed_node_ends_the_run_and_is_named(start: Any) -> None:
     nodes = nodes_of(command)
     assert nodes.keys() == set(taking_part(by_thrusters=False))
     os.kill(nodes["controller"], signal.SIGKILL)
-    assert command.wait(60.0) == 1
+    assert command.wait() == 1
     assert "error: controller was killed by SIGKILL" in command.text
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
@@ -91,7 +91,7 @@ def test_a_killed_process_of_all_nodes_ends_the_run_and_what_was_flushed_of_its_
     nodes = nodes_of(command)
     assert [*nodes] == [GROUP]
     os.kill(nodes[GROUP], signal.SIGKILL)
-    assert command.wait(60.0) == 1
+    assert command.wait() == 1
     assert f"error: {GROUP} was killed by SIGKILL" in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
@@ -101,7 +101,7 @@ def check_interrupted(command: Any, folder: Path, number: int, send: Any) -> Non
     """Assert that a signal ends a run in order, with a complete bag."""
     nodes = nodes_of(command)
     send(command.popen.pid, number)
-    assert command.wait(60.0) == 128 + number
+    assert command.wait() == 128 + number
     assert "Traceback" not in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
@@ -117,10 +117,10 @@ def test_a_signal_to_the_command_alone_ends_the_run_in_order_with_a_complete_bag
 @FORMS
 def test_a_hanging_node_ends_the_run_and_is_named(start: Any, form: str) -> None:
     command, folder = started(start, form)
-    command.until(lambda: "%" in command.text, 60.0)  # the bag may grow before the command has heard of the nodes
+    command.until(lambda: "%" in command.text)  # the bag may grow before the command has heard of the nodes
     nodes = nodes_of(command)
     os.kill(nodes.get("controller") or nodes[GROUP], signal.SIGSTOP)
-    assert command.wait(60.0) == 1
+    assert command.wait() == 1
     assert "controller has been silent" in command.text
     check_nothing_left(nodes.values())
     check_bag(folder)
@@ -131,7 +131,7 @@ def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start:
     command, folder = started(start, form)
     nodes = nodes_of(command)
     command.popen.kill()
-    command.popen.wait(5.0)
+    command.popen.wait(60.0)
     end = time.monotonic() + 60.0
     while any(Path(f"/proc/{pid}").exists() for pid in nodes.values()):
         assert time.monotonic() < end, "nodes outlive the command that started them"
@@ -142,7 +142,7 @@ def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start:
 def test_run_without_ros_names_what_is_missing(start: Any) -> None:
     code = "import sys; sys.modules['rclpy'] = None; sys.argv[1:] = ['run', 'case2_tracking']; "
     command = start("python", "-c", code + "from vessel_hsmc_ros.cli.main import main; sys.exit(main())")
-    assert command.wait(60.0) == 1
+    assert command.wait() == 1
     assert "error: rclpy is not installed: nodes need ROS 2, `pip install 'ros-jazzy-rclpy" in command.text
     assert "or source a Jazzy workspace; `vessel-hsmc simulate` does without" in command.text
 
@@ -175,19 +175,16 @@ def test_a_run_that_cannot_start_is_refused_in_one_line(
 
 
 BAD_NODES = [
-    ("controller_node", ["-p", "rate_hz:=50.0", "-p", "law:=hierarchical_printed"], "is unstable at rate_hz = 50 Hz"),
     (
         "controller_node",
         ["-p", "rate_hz:=fast"],
         "rate_hz must be a finite number from 1 to 1000 Hz (got 'fast') (-p rate_hz:=fast)",
     ),
-    ("vessel_sim_node", ["-p", "speed:=1"], "]: speed is not a parameter"),
     ("vessel_sim_node", ["-p", "vessel.surge_inertia:=-1.0"], "]: vessel.surge_inertia must be"),
-    ("reference_ship_node", ["-p", "surge_force:=.nan"], "]: surge_force must be"),
-    ("recorder_node", ["-p", "compression:=brotli"], "]: compression must be one of none, lz4"),
     ("recorder_node", ["-p", "directory:=/dev/null/bag"], "bag folder /dev/null/bag cannot be made"),
-    ("controller_node", ["--params-file", "missing.yaml"], "missing.yaml"),
+    ("reference_ship_node", ["--params-file", "missing.yaml"], "missing.yaml"),
 ]
+"""test/nodes has more of them, in one process."""
 
 
 @pytest.mark.parametrize(("executable", "arguments", "reason"), BAD_NODES)
@@ -195,7 +192,7 @@ def test_a_node_that_cannot_start_logs_one_line_with_the_reason(
     start: Any, executable: str, arguments: list[str], reason: str
 ) -> None:
     command = start(executable, "--ros-args", *arguments)
-    assert command.wait(60.0) == 2
+    assert command.wait() == 2
     (line,) = [line for line in command.text.splitlines() if "[rcl]" not in line]
     assert line.startswith("[FATAL]")
     assert reason in line
@@ -223,30 +220,30 @@ def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_di
     sensor.create_subscription(DiagnosticArray, "/diagnostics", statuses.append, qos.DIAGNOSTICS)
     publisher = sensor.create_publisher(Odometry, "odom", qos.LOSSLESS)
     connected = (publisher.get_subscription_count, lambda: sensor.count_publishers("/diagnostics"))
-    command.until(lambda: sensor.executor.spin_once(0.02) or (all(each() for each in connected) and statuses), 60.0)
+    command.until(lambda: sensor.executor.spin_once(0.02) or (all(each() for each in connected) and statuses))
     message = conversions.new_odometry()
     message.pose.pose.position.y = math.nan
     publisher.publish(message)
     reason = "odometry must be finite numbers (got y = nan)"
-    end = time.monotonic() + 10.0
+    end = time.monotonic() + 60.0
     while not (logs and logs[-1].msg == reason and statuses[-1].status[0].message == reason):
         assert time.monotonic() < end, command.text
         sensor.executor.spin_once(0.05)
     assert logs[-1].level == 50  # FATAL
     assert statuses[-1].status[0].level == DiagnosticStatus.ERROR
-    assert command.wait(60.0) == 1
+    assert command.wait() == 1
     lines = command.text.splitlines()
     assert lines[-1].startswith("[FATAL]")
     assert lines[-1].endswith(f"[controller]: {reason}")
     assert "Traceback" not in command.text
 
 
-@pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
+@pytest.mark.parametrize("executable", ["controller_node", "recorder_node"])
 def test_repeated_sigint_during_shutdown_does_not_change_the_exit_code(start: Any, executable: str) -> None:
     """A terminal and `ros2 launch` each send SIGINT for one Ctrl-C."""
     command = start(executable)
-    command.until(lambda: "real time" in command.text, 20.0)
-    end = time.monotonic() + 20.0
+    command.until(lambda: "real time" in command.text)
+    end = time.monotonic() + 60.0
     while command.popen.poll() is None:
         assert time.monotonic() < end, command.text
         command.popen.send_signal(signal.SIGINT)  # without a pause between them: one may come at any instant of the shutdown
@@ -260,13 +257,13 @@ def test_a_second_run_and_a_second_plant_in_the_same_domain_are_refused_and_the_
     run, folder = started(start)
     second = start("vessel-hsmc", "run", "case2_tracking")
     plant = start("vessel_sim_node", "--ros-args", "-p", "lockstep:=true")
-    assert second.wait(20.0) == 1
+    assert second.wait() == 1
     assert "error: another run uses ROS domain" in second.text
     assert run_folder(second.output.parent / "runs") is None
-    assert plant.wait(20.0) == 1
+    assert plant.wait() == 1
     assert "has 2 publishers and may have one: does another run use this ROS domain" in plant.text.splitlines()[-1]
     before = bag_size(folder)
-    run.until(lambda: bag_size(folder) > before, 10.0)
+    run.until(lambda: bag_size(folder) > before)
     check_interrupted(run, folder, signal.SIGINT, os.killpg)
 
 
@@ -286,7 +283,7 @@ sys.exit(process.run_node(Hanging))
 
 def test_a_node_that_the_middleware_does_not_let_go_ends_with_its_stacks(start: Any) -> None:
     command = start("python", "-c", HANGS)
-    command.until(lambda: "watches" in command.text, 60.0)
+    command.until(lambda: "watches" in command.text)
     command.popen.send_signal(signal.SIGINT)
-    assert command.wait(60.0) == -signal.SIGALRM
+    assert command.wait() == -signal.SIGALRM
     assert "in destroy_node" in command.text

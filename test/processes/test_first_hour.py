@@ -50,7 +50,9 @@ def test_two_commands_lead_from_a_boats_main_data_to_a_page_with_less_than_2_cm_
 
 def test_one_command_sweeps_ten_values_and_draws_them(execute: Execute, tmp_path: Path) -> None:
     values = "controller.guided.position_gain=0.1:1.0:10"
-    shown = execute("sweep", "case2_tracking", values, "--set", "controller.law=guided", "--set", "vessel_sim.duration=2")
+    shown = execute(
+        "sweep", "case2_tracking", values, "--set", "controller.law=guided", "--set", "vessel_sim.duration=2", "--workers", "1"
+    )
     (folder,) = (tmp_path / "runs").iterdir()
     assert (folder / "sweep.png").stat().st_size > 0
     assert len((folder / "sweep.csv").read_text(encoding="utf-8").splitlines()) == 11

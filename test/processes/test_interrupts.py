@@ -1,4 +1,4 @@
-"""Ctrl-C at ten moments: exit code 130, "interrupted", no traceback; and what a run has achieved by then is kept."""
+"""Ctrl-C at nine moments: exit code 130, "interrupted", no traceback; and what a run has achieved by then is kept."""
 
 import json
 import os
@@ -49,7 +49,6 @@ MOMENTS = {
     "during a run": (RUN, exists("runs/*/bag/bag_0.mcap")),
     "during a simulation": ([*SIMULATE, "--interpreted"], prints("simulating case2_tracking: ")),  # has little to write then
     "while the page of a simulation is made": ([*SIMULATE[:-1], "vessel_sim.duration=1"], exists("runs/*/run.json")),
-    "during a comparison": (["compare", "case2_tracking", "--laws", "los_pid,guided", "--workers", "2"], runs("spawn_main")),
     "during the reproduction of the paper": (["reproduce", "--output", "paper"], runs("spawn_main")),
     "while a report is made": (["report", "../bag"], imports("jinja2.environment")),
 }
@@ -61,9 +60,9 @@ def test_ctrl_c_ends_the_command_with_one_line_and_130(start: Start, tmp_path: P
     if "../bag" in arguments:
         bag_making.write_run(tmp_path / "bag", 20)
     command = start("vessel-hsmc", *arguments, environment={"PYTHONPROFILEIMPORTTIME": "1"})
-    command.until(lambda: moment(command), 60.0)
+    command.until(lambda: moment(command))
     os.killpg(command.popen.pid, signal.SIGINT)
-    assert command.wait(60.0) == 130
+    assert command.wait() == 130
     lines = [line for line in command.text.splitlines() if line and not line.startswith("import time:")]
     assert "Traceback" not in command.text
     assert "Exception ignored" not in command.text
@@ -73,7 +72,7 @@ def test_ctrl_c_ends_the_command_with_one_line_and_130(start: Start, tmp_path: P
 
 def test_a_second_ctrl_c_ends_the_command_at_once(start: Start) -> None:
     command = start("vessel-hsmc", *SIMULATE, "--interpreted")
-    command.until(lambda: "simulating case2_tracking: " in command.text, 60.0)
+    command.until(lambda: "simulating case2_tracking: " in command.text)
     while command.popen.poll() is None:
         command.popen.send_signal(signal.SIGINT)
     assert command.popen.returncode == 130
@@ -83,9 +82,9 @@ def test_a_second_ctrl_c_ends_the_command_at_once(start: Start) -> None:
 def test_the_outcome_of_a_run_is_kept_if_its_page_is_interrupted(start: Start) -> None:
     command = start("vessel-hsmc", "run", "case2_tracking", "--set", "vessel_sim.duration=1")
     runs_folder = command.output.parent / "runs"
-    command.until(lambda: (folder := run_folder(runs_folder)) and (folder / "run.json").exists(), 60.0)
+    command.until(lambda: (folder := run_folder(runs_folder)) and (folder / "run.json").exists())
     command.popen.send_signal(signal.SIGINT)
-    assert command.wait(60.0) == 130
+    assert command.wait() == 130
     folder = run_folder(runs_folder)
     assert folder
     assert json.loads((folder / "run.json").read_text(encoding="utf-8"))["exit_code"] == 0
@@ -95,9 +94,9 @@ def test_the_outcome_of_a_run_is_kept_if_its_page_is_interrupted(start: Start) -
 def test_a_node_started_by_hand_ends_without_a_traceback_while_it_imports(start: Start) -> None:
     executable("controller_node")
     command = start(BIN / "controller_node", environment={"PYTHONPROFILEIMPORTTIME": "1"})
-    command.until(lambda: imports("numpy.linalg")(command), 60.0)
+    command.until(lambda: imports("numpy.linalg")(command))
     command.popen.send_signal(signal.SIGINT)
-    assert command.wait(60.0) == 0
+    assert command.wait() == 0
     assert "Traceback" not in command.text
 
 

@@ -137,7 +137,7 @@ def test_an_exception_in_a_law_ends_the_run_in_one_line_and_leaves_a_complete_ba
 
 def test_the_controller_node_names_a_wrong_law_file_and_exits_with_2(start: Any) -> None:
     command = start("controller_node", "--law-file", "missing.py", "--ros-args", "-p", "law:=my_law")
-    assert command.wait(20.0) == 2
+    assert command.wait() == 2
     (line,) = command.text.splitlines()
     assert line.startswith("[FATAL]")
     assert line.endswith("missing.py cannot be read: No such file or directory")

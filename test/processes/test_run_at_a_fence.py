@@ -29,7 +29,11 @@ CHANGES = {
 def test_a_run_at_a_fence_is_stopped_and_held_inside_as_offline(tmp_path: Path) -> None:
     changes = [f"--set={name}={value}" for name, value in CHANGES.items()]
     done = subprocess.run(
-        [BIN / "vessel-hsmc", "run", "case2_straight", *changes], cwd=tmp_path, capture_output=True, text=True, timeout=240.0
+        [BIN / "vessel-hsmc", "run", "case2_straight", "--no-page", *changes],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=240.0,
     )
     assert done.returncode == 0, done.stderr
     (folder,) = (tmp_path / "runs").iterdir()

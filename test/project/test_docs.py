@@ -11,11 +11,7 @@ from vessel_hsmc_ros.cli.options import parse_changes
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted(
-    path
-    for path in ROOT.rglob("*.md")
-    if path.parent in (ROOT, ROOT / "docs", ROOT / "docs" / "api", ROOT / "docs" / "decisions")
-)
+PAGES = sorted(path for folder in ("", "docs/", "docs/api/", "docs/decisions/") for path in ROOT.glob(f"{folder}*.md"))
 GENERATED_PAGES = ("boats", "claims", "parameters", "results")
 PAPER = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
 FOLDERS = ("benchmarks", "config", "docs", "launch", "msg_defs", "test", "tools", "vessel_hsmc_ros", "vessel_sim_node")

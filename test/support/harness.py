@@ -43,6 +43,10 @@ def exit_code() -> int:
         return int(end.code or 0)
 
 
+DEADLINE = 120.0
+"""Time limit of a wait, s: on a busy machine a process may take half a minute to start."""
+
+
 class Command:
     """A running command, by default `vessel-hsmc`, and its output.
 
@@ -70,7 +74,7 @@ class Command:
         """The output so far."""
         return self.output.read_text(encoding="utf-8", errors="replace")
 
-    def wait(self, deadline: float) -> int:
+    def wait(self, deadline: float = DEADLINE) -> int:
         """The exit code; a command that does not end within the deadline, s, is killed and fails the test."""
         try:
             return self.popen.wait(deadline)
@@ -78,7 +82,7 @@ class Command:
             self.kill()
             pytest.fail(f"still running after {deadline} s:\n{self.text}")
 
-    def until(self, condition: Callable[[], Found], deadline: float) -> Found:
+    def until(self, condition: Callable[[], Found], deadline: float = DEADLINE) -> Found:
         """Wait for a condition while the command runs; the test fails after the deadline, s, or if the command ends."""
         end = time.monotonic() + deadline
         while not (result := condition()):

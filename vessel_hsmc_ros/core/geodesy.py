@@ -33,10 +33,8 @@ class Place(NamedTuple):
 class Plane:
     """The plane of a datum.
 
-    `latitude`, `longitude`: of the datum, degrees; no pole.
-
-    Raises:
-        ParameterError: there is no such place, or it is a pole, where there is no north.
+    `latitude`, `longitude`: of the datum, degrees; no pole. Raises ParameterError if there is no such place, or it is a pole,
+    where there is no north.
     """
 
     def __init__(self, latitude: float, longitude: float) -> None:

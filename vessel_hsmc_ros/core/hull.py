@@ -189,8 +189,7 @@ def _beside_the_papers(vessel: object) -> dict[str, tuple[float, float]]:
 def outline(hull: Hull) -> Array:
     """Compute the corners of the hull in the body frame, origin midships and x forward.
 
-    Returns:
-        Corners counter-clockwise from the starboard quarter, (7, 2) m.
+    Returns corners counter-clockwise from the starboard quarter, (7, 2) m.
     """
     stern, bow, half = -0.5 * hull.length, 0.5 * hull.length, 0.5 * hull.beam
     # Transom at 80 % of the beam, parallel middle body, and a bow that tapers from 35 % of the half length on.

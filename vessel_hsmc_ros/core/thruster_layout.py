@@ -166,8 +166,7 @@ def of_each(default: float, what: str, unit: str, low: float, high: float) -> tu
 class ThrusterLayout:
     """The thrusters of a vessel; without names it has none.
 
-    Raises:
-        ParameterError: lists do not fit each other, or the thrusters cannot give a surge force and a yaw moment.
+    Raises ParameterError if lists do not fit each other, or the thrusters cannot give a surge force and a yaw moment.
     """
 
     # ROS has no empty lists of strings in parameters files.

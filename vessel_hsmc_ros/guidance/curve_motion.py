@@ -199,10 +199,7 @@ def _operator(w: Array, beta: Array, r: Array, speed: float, vessel: Vessel) -> 
 
 
 def _zero(step: Callable[[Array], Array], start: Array, speed: float) -> Array:
-    """The drift angle of which nothing is to be subtracted any more, from a first estimate on.
-
-    Raises ParameterError if there is none, or the iteration does not find it; InstallationError if SciPy is missing.
-    """
+    """The drift angle of which nothing is to be subtracted any more, from a first estimate on."""
     require("scipy")
     from scipy.optimize import NoConvergence, newton_krylov  # SciPy's import takes time, and few runs need it
 
@@ -217,10 +214,8 @@ def _zero(step: Callable[[Array], Array], start: Array, speed: float) -> Array:
 class PeriodicDrift:
     """The periodic drift angle along a curve at constant speed, a Fourier series in the arc length.
 
-    `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping.
-
-    Raises:
-        ParameterError: a coupled hull has no drift angle that is found.
+    `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping. Raises ParameterError if a coupled hull has no
+    drift angle that is found.
     """
 
     def __init__(self, curve: Curve, speed: float, vessel: Vessel) -> None:

@@ -415,8 +415,7 @@ def read(m: GoalMemory, c: GoalConstants) -> tuple[Motion, Acceleration]:
 class GoalReference(KernelReference):
     """A feasible motion to the latest goal; before the first goal it keeps its initial position.
 
-    Raises:
-        ParameterError: poses and times of the goals differ in number, or the times do not increase.
+    Raises ParameterError if poses and times of the goals differ in number, or the times do not increase.
     """
 
     move, read = staticmethod(move), staticmethod(read)

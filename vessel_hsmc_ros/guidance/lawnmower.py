@@ -106,10 +106,7 @@ def polygon_legs(corners: tuple[float, ...], heading: float, spacing: float, her
 
 
 def _span(local: Sequence[complex], low: float, high: float, name: str) -> tuple[float, float]:
-    """From where to where a polygon is in a strip.
-
-    Raises ParameterError if the middle of the strip leaves the polygon and comes back to it.
-    """
+    """From where to where a polygon is in a strip."""
     sides = [*zip(local, [*local[1:], local[0]], strict=True)]
     found = [p.real for p in local if low <= p.imag <= high]
     middle = 0.5 * (low + high)

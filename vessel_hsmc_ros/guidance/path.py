@@ -244,10 +244,7 @@ def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: 
 
 
 def _set_off(elements: list[Element], sections: list[Section], duration: float, ship: Ship) -> Planned:
-    """The first leg with a slow beginning, in which a ship that has not kept its heading at rest turns to the leg.
-
-    `duration`: how long the beginning takes, s.
-    """
+    """The first leg with a slow beginning, in which a ship that has not kept its heading at rest turns to the leg."""
     length, speed = elements[0].length, SET_OFF * ship.gyration * math.sqrt(ship.limits.yaw_acceleration)
     way = min(speed * duration, SET_OFF_SHARE * length)
     if elements[0].turn or speed >= sections[0].speed:

@@ -289,10 +289,8 @@ class CourseReference(KernelReference):
     """A heading over time in discrete time.
 
     `parameters`: the heading as a function of time, and the speed. `start`: initial position x, y, m. `period`: time between
-    two published states, s.
-
-    Raises:
-        ParameterError: times and values of the steps or of the ramp differ in number, or the times do not increase.
+    two published states, s. Raises ParameterError if times and values of the steps or of the ramp differ in number, or the
+    times do not increase.
     """
 
     move, read = staticmethod(move_course), staticmethod(read_course)
@@ -381,10 +379,8 @@ def read_ship(m: ShipMemory, c: ShipConstants) -> tuple[Motion, Acceleration]:
 class ReferenceShip(KernelReference):
     """The virtual ship (8) in discrete time.
 
-    `period`: time between two published states, s.
-
-    Raises:
-        ParameterError: times and values of an input differ in number, or the times do not increase.
+    `period`: time between two published states, s. Raises ParameterError if times and values of an input differ in number, or
+    the times do not increase.
     """
 
     move, read = staticmethod(move_ship), staticmethod(read_ship)

@@ -258,10 +258,7 @@ def _corners(points: Part, ways: Sequence[complex], free: Sequence[float], ship:
 
 
 def _fitted(bend: _Bend, before: float, after: float, ship: Ship) -> tuple[Corner, float]:
-    """The fastest corner that needs at most so much of the legs before and after it, m.
-
-    Raises ParameterError if there is none.
-    """
+    """The fastest corner that needs at most so much of the legs before and after it, m."""
 
     def fits(rung: int) -> bool:
         corner, _ = bend.corner(ship, SLOWER**rung)

@@ -405,10 +405,7 @@ class CompiledLoop(Loop):
     """Plant, reference ship and controller as one compiled kernel.
 
     `law`: the law; it is reset. `brief`: array for what its metrics need, (BRIEF, samples), instead of rows and all that the
-    controller computes.
-
-    Raises:
-        SimulationError: the motion of the reference is no longer finite.
+    controller computes. Raises SimulationError if the motion of the reference is no longer finite.
     """
 
     block = 50_000  # a call converts all arguments and results, which takes 0.1 ms

@@ -149,10 +149,7 @@ def dynamics(vessel: KnownVessel) -> Dynamics:
 
 
 def _input(lag: float, rate: float, dead_time: float, limit: float, assumed: float, T: float) -> Input:
-    """What the law takes an input for.
-
-    `lag`, `rate`, `dead_time`: as declared, negative where they are not. `assumed`: lag where it is not declared, s.
-    """
+    """What the law takes an input for."""
     if lag < 0.0:
         # A lag that is not known is not led against: what is missing may be a dead time, and lead against that oscillates.
         lag = remaining = assumed
@@ -331,10 +328,7 @@ def _interval(m: BankState, c: Bank, psi: float, age: float) -> None:
 def _advance(
     row: Array, arriving: float, share: float, change: float, instant: bool, known: float, y: float, z: float, c: Bank
 ) -> None:
-    """Advance a model by an interval.
-
-    `arriving`: the command that arrives, divided by the inertia. `known`: 0 as long as y and z are not known, otherwise 1.
-    """
+    """Advance a model by an interval."""
     before = row.tolist()
     last, mean_before, xx, xy, xz = before[0], before[1], before[5], before[6], before[7]
     a = last + clip(share * (arriving - last), change)

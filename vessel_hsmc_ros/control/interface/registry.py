@@ -23,6 +23,7 @@ RESERVED = (
     "recorded",
     "frame_prefix",
     "ride_through",
+    "real_time",
     "law",
     "rate_hz",
     "input_timeout",
@@ -167,10 +168,7 @@ def parameters_of(law: type[Law[Any]]) -> type:
 
 
 def _declared(law: type[Law[Any]]) -> type:
-    """The parameters of a law, checked as a declaration.
-
-    Raises ParameterError if a field is not a declared parameter, or its default is not allowed by its own declaration.
-    """
+    """The parameters of a law, checked as a declaration."""
     cls = parameters_of(law)
     for field in dataclasses.fields(cls):
         if "group" not in field.metadata and "description" not in field.metadata:

@@ -137,10 +137,8 @@ def step(
 class CourseController(AdaptiveLaw[CourseLawParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
-    `vessel`: the known inertia; the limits are not used, as in the paper.
-
-    Raises:
-        ParameterError: the reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
+    `vessel`: the known inertia; the limits are not used, as in the paper. Raises ParameterError if the reaching gain is
+    unstable at this period, or the number of listed centres is not a multiple of three.
     """
 
     name = "course"

@@ -347,10 +347,8 @@ def outdated(m: Memory, constants: Constants) -> bool:
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     """The law with its internal state: weights, predictions, estimated current and identified actuators.
 
-    `parameters`: numbers of the law and network.
-
-    Raises:
-        ParameterError: the period is too long for the gains, or the number of listed centres is not a multiple of three.
+    `parameters`: numbers of the law and network. Raises ParameterError if the period is too long for the gains, or the number
+    of listed centres is not a multiple of three.
     """
 
     name = "hierarchical"

@@ -364,10 +364,8 @@ def step(
 class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
-    `vessel`: the known inertia; the paper's law does not use the limits.
-
-    Raises:
-        ParameterError: a reaching gain is unstable at this period, or the number of listed centres is not a multiple of three.
+    `vessel`: the known inertia; the paper's law does not use the limits. Raises ParameterError if a reaching gain is unstable
+    at this period, or the number of listed centres is not a multiple of three.
     """
 
     name = "hierarchical_printed"

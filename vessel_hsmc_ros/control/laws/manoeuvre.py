@@ -110,10 +110,7 @@ def open_loop_step(
 class OpenLoop(KernelLaw[OpenLoopParameters]):
     """The law; time counts from its first step.
 
-    `vessel`: not used.
-
-    Raises:
-        ParameterError: the lists differ in length, or the times do not increase.
+    `vessel`: not used. Raises ParameterError if the lists differ in length, or the times do not increase.
     """
 
     name = "open_loop"

@@ -222,10 +222,7 @@ def _steps(advance: Advance, at: LoopState, ship: LinearShip) -> Array:
 
 
 def _differentiated(advance: Advance, at: LoopState, steps: Array, error: float, wrench: Array) -> Array:
-    """The derivatives of (F, H) with respect to (z, d, w), shape (n + 2, n + 3).
-
-    `advance`: a period of the loop. `steps`: of z, shape (n,). `error`, `wrench`: steps of w and of d, shape (2,).
-    """
+    """The derivatives of (F, H) with respect to (z, d, w), shape (n + 2, n + 3)."""
     n, command = len(steps), advance(SETTLING, _copied(at))[1]
 
     def period(z: Array) -> Array:
