@@ -36,7 +36,7 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import distance
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, figure
+from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, figure
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of

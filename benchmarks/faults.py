@@ -37,9 +37,8 @@ from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.nodes.runs import supervisor
 from vessel_hsmc_ros.nodes.runs.supervisor import Injection, exclusive, supervise
-from vessel_hsmc_ros.scenario.faults import check_script
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, check_script, for_nodes, load_scenario
 
 
 def main() -> int:

@@ -22,8 +22,8 @@ sys.path.insert(0, str(TESTS))
 import bag_making  # noqa: E402
 import browser  # noqa: E402
 
-from vessel_hsmc_ros.bags.cdr_columns import MessageType  # noqa: E402
 from vessel_hsmc_ros.bags.reader import open_bag  # noqa: E402
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder  # noqa: E402
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter  # noqa: E402
 from vessel_hsmc_ros.messages.topics import definition  # noqa: E402
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario  # noqa: E402
@@ -87,7 +87,7 @@ def messages(kind: str, stamps: np.ndarray, rng: np.random.Generator) -> list[by
         rng: Source of the noise.
     """
     example = bag_making.serialized(bag_making.message(kind, 0, np.random.default_rng(0)), kind)
-    places = MessageType(kind, definition(kind)).layout(example).fields
+    places = MessageDecoder(kind, kind, definition(kind)).layout(example).fields
     rows = np.tile(np.frombuffer(example, np.uint8), (len(stamps), 1))
 
     def put(name: str, values: np.ndarray) -> None:

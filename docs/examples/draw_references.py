@@ -11,7 +11,7 @@ from matplotlib import pyplot as plt
 
 from vessel_hsmc_ros.core.hull import Hull, outline
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.report.style import INK, PLOT, REFERENCE, SHIP
+from vessel_hsmc_ros.report.diagrams import INK, PLOT, REFERENCE, SHIP
 
 PERIOD, HULL_EVERY = 0.25, 80
 """Step, s, and the number of steps between two drawn hulls."""

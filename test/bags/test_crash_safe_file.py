@@ -16,10 +16,9 @@ from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Header, Metadata
 from mcap.stream_reader import StreamReader
 
-from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer
-from vessel_hsmc_ros.bags.crash_safe_file import HEADER, PAGE, CrashSafeFile
-from vessel_hsmc_ros.bags.mcap_contents import scan
-from vessel_hsmc_ros.bags.mcap_layout import DATA_END, FOOTER, MAGIC
+from vessel_hsmc_ros.bags import mcap_writer
+from vessel_hsmc_ros.bags.mcap_contents import DATA_END, FOOTER, MAGIC, scan
+from vessel_hsmc_ros.bags.mcap_writer import HEADER, PAGE, CrashSafeFile
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter
 
@@ -48,7 +47,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
             made.append((None, size))
             os.ftruncate(fd, size)
 
-    monkeypatch.setattr(crash_safe_file, "os", Watched())
+    monkeypatch.setattr(mcap_writer, "os", Watched())
     return made
 
 
@@ -125,7 +124,7 @@ def count_by_any_reader(content: bytes) -> int:
 def test_wherever_a_record_ends_before_a_page_every_state_is_a_complete_file(
     tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)  # so that the file is often extended
+    monkeypatch.setattr(mcap_writer, "LEAST_RESERVE", PAGE)  # so that the file is often extended
     builder = RecordBuilder()
     Header(profile="", library="").write(builder)
     file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
@@ -157,7 +156,7 @@ def test_closing_and_recovery_remove_the_reserved_space(tmp_path: Path) -> None:
 def test_while_a_file_is_closed_with_more_than_its_reserve_takes_every_state_is_a_complete_file(
     tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)
+    monkeypatch.setattr(mcap_writer, "LEAST_RESERVE", PAGE)
     builder = RecordBuilder()
     Header(profile="", library="").write(builder)
     file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
@@ -181,7 +180,7 @@ def summary_of(content: bytes) -> bytes:
 def test_while_a_file_is_closed_its_last_summary_holds_to_the_end(
     tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch, pages: int, summaries: int
 ) -> None:
-    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)
+    monkeypatch.setattr(mcap_writer, "LEAST_RESERVE", PAGE)
     builder = RecordBuilder()
     Header(profile="", library="").write(builder)
     file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
@@ -201,7 +200,7 @@ def test_while_a_file_is_closed_its_last_summary_holds_to_the_end(
 def test_whatever_is_appended_between_summaries_of_any_size_every_state_is_complete_and_has_one_of_the_two_last_summaries(
     tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
-    monkeypatch.setattr(crash_safe_file, "LEAST_RESERVE", PAGE)
+    monkeypatch.setattr(mcap_writer, "LEAST_RESERVE", PAGE)
     builder, draw = RecordBuilder(), random.Random(seed)  # noqa: S311
     Header(profile="", library="").write(builder)
     file = CrashSafeFile(tmp_path / "file.mcap", MAGIC + builder.end())
@@ -237,7 +236,7 @@ def footer_of(path: Path) -> tuple[int, int]:
 def test_the_footer_leads_to_no_summary_before_there_is_one_and_never_to_offsets_of_it(tmp_path: Path) -> None:
     file = CrashSafeFile(tmp_path / "file.mcap", MAGIC)
     assert footer_of(tmp_path / "file.mcap") == (0, 0)
-    assert crash_safe_file.is_being_written(tmp_path / "file.mcap")
+    assert mcap_writer.is_being_written(tmp_path / "file.mcap")
     del file
     writer = BagWriter(tmp_path / "bag")
     for _ in range(2):
@@ -249,4 +248,4 @@ def test_the_footer_leads_to_no_summary_before_there_is_one_and_never_to_offsets
     start, offsets = footer_of(tmp_path / "bag" / "bag_0.mcap")
     assert start > 0
     assert offsets == 0
-    assert not crash_safe_file.is_being_written(tmp_path / "bag" / "bag_0.mcap")
+    assert not mcap_writer.is_being_written(tmp_path / "bag" / "bag_0.mcap")

@@ -13,8 +13,7 @@ from mcap.records import Schema
 from mcap.writer import CompressionType, Writer
 
 from vessel_hsmc_ros.bags import files, mcap_writer
-from vessel_hsmc_ros.bags.mcap_contents import scan
-from vessel_hsmc_ros.bags.mcap_layout import MESSAGE_FIELDS, MESSAGE_HEADER, RECORD_HEADER, file_records
+from vessel_hsmc_ros.bags.mcap_contents import MESSAGE_FIELDS, MESSAGE_HEADER, RECORD_HEADER, file_records, scan
 from vessel_hsmc_ros.bags.mcap_writer import record_bytes
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair

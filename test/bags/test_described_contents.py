@@ -14,8 +14,7 @@ from bag_making import CLOCK, STATUS, STORE, clock, serialized, status, topic
 from mcap.reader import make_reader
 
 from vessel_hsmc_ros.bags import mcap_writer
-from vessel_hsmc_ros.bags.mcap_contents import Contents, read_contents, scan
-from vessel_hsmc_ros.bags.mcap_layout import FOOTER, MAGIC
+from vessel_hsmc_ros.bags.mcap_contents import FOOTER, MAGIC, Contents, read_contents, scan
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import Repair, is_complete, repair
 from vessel_hsmc_ros.bags.rosbag2_metadata import qos_entry, write_metadata

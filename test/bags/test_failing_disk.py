@@ -10,9 +10,9 @@ from bag_making import CLOCK, clock, topic
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.bags import crash_safe_file, mcap_writer, rosbag2_metadata, writer
-from vessel_hsmc_ros.bags.crash_safe_file import CrashSafeFile
-from vessel_hsmc_ros.bags.mcap_layout import MAGIC
+from vessel_hsmc_ros.bags import mcap_writer, rosbag2_metadata, writer
+from vessel_hsmc_ros.bags.mcap_contents import MAGIC
+from vessel_hsmc_ros.bags.mcap_writer import CrashSafeFile
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
@@ -67,10 +67,10 @@ def prepared(patch: pytest.MonkeyPatch, disk: Disk) -> None:
         disk.check()
         rosbag2_metadata.write_metadata(*arguments)
 
-    patch.setattr(crash_safe_file, "os", disk)
+    patch.setattr(mcap_writer, "os", disk)
     patch.setattr(writer, "write_metadata", described)
     patch.setattr(mcap_writer, "CHUNK_SIZE", 400)
-    patch.setattr(crash_safe_file, "LEAST_RESERVE", 4096)
+    patch.setattr(mcap_writer, "LEAST_RESERVE", 4096)
 
 
 def recorded(folder: Path, count: int, bystander: Path) -> tuple[int, list[BagError]]:

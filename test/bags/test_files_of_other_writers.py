@@ -9,8 +9,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType, Writer
 
-from vessel_hsmc_ros.bags.mcap_contents import read_contents
-from vessel_hsmc_ros.bags.mcap_layout import RECORD_HEADER
+from vessel_hsmc_ros.bags.mcap_contents import RECORD_HEADER, read_contents
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair
 from vessel_hsmc_ros.messages.topics import definition

@@ -12,7 +12,7 @@ from bag_making import STORE, message, serialized, topic
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.bags.writer import BagWriter
-from vessel_hsmc_ros.cli import check as check_verb
+from vessel_hsmc_ros.cli import boat
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.preflight import live as connection_check
@@ -129,7 +129,7 @@ def test_a_pulse_of_force_and_moment_is_commanded_after_a_confirmation(monkeypat
         def connection(self) -> Connection:
             return Connection(())
 
-    monkeypatch.setattr(check_verb, "running_vessel", nullcontext)
+    monkeypatch.setattr(boat, "running_vessel", nullcontext)
     monkeypatch.setattr(connection_check, "LiveConnection", Observed)
     result = CliRunner().invoke(cli, ["check", "--seconds", "3", "--pulse", "30,-20"], input=answer)
     assert "30 N for 2 s, then -20 N·m for 2 s" in result.output

@@ -14,7 +14,7 @@ from matplotlib.image import imread
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.report.style import page_colour, run_colour
+from vessel_hsmc_ros.report.diagrams import page_colour, run_colour
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.comparison import COLOURS

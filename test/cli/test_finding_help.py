@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import GROUPS, VERBS, cli
-from vessel_hsmc_ros.cli.parameters import matching
+from vessel_hsmc_ros.cli.listing import matching
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 from reaching import Reach
 
-from vessel_hsmc_ros.cli import init as init_verb
+from vessel_hsmc_ros.cli import boat
 from vessel_hsmc_ros.cli.command import VERBS, cli
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.scenario.own_ship import MainData
@@ -209,18 +209,18 @@ def test_identify_reads_each_run_with_its_columns_and_namespace(reach: Reach) ->
 
 
 def test_identify_takes_model_vessel_window_and_held_out_runs(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.cli.identify._measurements", lambda path, *_: f"run of {path}")
+    monkeypatch.setattr("vessel_hsmc_ros.cli.hull._measurements", lambda path, *_: f"run of {path}")
     options = "--model", "linear", "--vessel", "otter", "--window", 7.5, "--held-out", "three", "--output", "there"
     found = reach("vessel_hsmc_ros.studies.identification.estimate.identify", "identify", "one", "two", *options)
     assert found["runs"] == ["run of one", "run of two"]
     assert (found["model"].name, found["window"]) == ("linear", 7.5)
     assert found["start"].length == read_vessel("otter").values["vessel.length"]
     monkeypatch.setattr("vessel_hsmc_ros.studies.identification.estimate.identify", lambda *_: "found")
-    found = reach("vessel_hsmc_ros.cli.identify._judged", "identify", "one", "two", *options)
+    found = reach("vessel_hsmc_ros.cli.hull._judged", "identify", "one", "two", *options)
     assert (found["unused"], found["found"], found["start"].name, found["window"]) == (["run of three"], "found", "Otter", 7.5)
-    monkeypatch.setattr("vessel_hsmc_ros.cli.identify._judged", lambda *_: "judged")
+    monkeypatch.setattr("vessel_hsmc_ros.cli.hull._judged", lambda *_: "judged")
     named = "--name", "mine", "--length", 3.5, "--beam", 1.25
-    found = reach("vessel_hsmc_ros.cli.identify._write", "identify", "one", "two", *options, *named)
+    found = reach("vessel_hsmc_ros.cli.hull._write", "identify", "one", "two", *options, *named)
     wanted = {"name": "mine", "length": 3.5, "beam": 1.25, "output": Path("there")}
     assert {key: found["options"][key] for key in wanted} == wanted
     assert (found["runs"], found["judged"], found["start"].name) == (["run of one", "run of two"], "judged", "Otter")
@@ -260,8 +260,8 @@ def namespaces(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         found.append(namespace)
         return nullcontext("remote")
 
-    for verb in ("goto", "path", "set", "call", "watch", "check"):
-        monkeypatch.setattr(f"vessel_hsmc_ros.cli.{verb}.running_vessel", running)
+    for module in ("sailing", "watch", "boat"):
+        monkeypatch.setattr(f"vessel_hsmc_ros.cli.{module}.running_vessel", running)
     return found
 
 
@@ -293,7 +293,7 @@ def test_path_set_and_check_take_the_vessel(reach: Reach, namespaces: list[str],
     found = reach("vessel_hsmc_ros.nodes.remote.change_parameters", "set", "a.x=1", "a.y=[2]", "--namespace", "two")
     assert [*found.values()] == ["remote", {"a.x": 1, "a.y": [2]}]
     given = "--seconds", 3, "--interface", "mavros", "--pulse", "30,-20", "--yes", "--namespace", "three"
-    found = reach("vessel_hsmc_ros.cli.check._observed", "check", *given)
+    found = reach("vessel_hsmc_ros.cli.boat._observed", "check", *given)
     assert (found["namespace"], found["stack"].name, found["limit"], found["size"]) == ("three", "mavros", 3.0, (30.0, -20.0))
     assert namespaces == ["one", "two"]
 
@@ -302,20 +302,20 @@ def test_path_set_and_check_take_the_vessel(reach: Reach, namespaces: list[str],
 def test_every_datum_of_a_ship_arrives_by_its_option(
     reach: Reach, monkeypatch: pytest.MonkeyPatch, option: str, tmp_path: Path
 ) -> None:
-    found = reach("vessel_hsmc_ros.cli.init._text", "init", "there/boat", f"--{option.replace('_', '-')}", 0.75)
+    found = reach("vessel_hsmc_ros.cli.boat._text", "init", "there/boat", f"--{option.replace('_', '-')}", 0.75)
     assert found["given"] == {"speed" if option == "top_speed" else option: 0.75}
     assert (found["vessel"], found["path"], found["thrusters"], found["fixed"]) == (None, Path("there/boat.yaml"), False, ())
 
 
 def test_init_takes_vessel_thrusters_and_check(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
-    found = reach("vessel_hsmc_ros.cli.init._text", "init", "boat", "--vessel", "otter", "--thrusters")
+    found = reach("vessel_hsmc_ros.cli.boat._text", "init", "boat", "--vessel", "otter", "--thrusters")
     assert (found["vessel"], found["thrusters"]) == ("otter", True)
-    found = reach("vessel_hsmc_ros.cli.init._text", "init", "boat", "--thruster", "1,2,3,4", "--thruster", "1,-2,3,4")
+    found = reach("vessel_hsmc_ros.cli.boat._text", "init", "boat", "--thruster", "1,2,3,4", "--thruster", "1,-2,3,4")
     assert (found["vessel"], found["fixed"]) == (None, ("1,2,3,4", "1,-2,3,4"))
     monkeypatch.undo()
     written: list[str] = []
-    monkeypatch.setattr(init_verb, "_write", lambda path, _: written.append(path.name))
-    monkeypatch.setattr(init_verb, "_check", lambda _: written.append("checked"))
+    monkeypatch.setattr(boat, "write_new", lambda path, _: written.append(path.name))
+    monkeypatch.setattr(boat, "_check", lambda _: written.append("checked"))
     for more in ((), ("--no-check",)):
         CliRunner().invoke(cli, ["init", "boat", "--length", "5", *more], catch_exceptions=False)
     assert written == ["boat.yaml", "checked", "boat.yaml"]
@@ -341,21 +341,21 @@ def test_replay_verifies_and_repeats_with_its_own_changes(reach: Reach, monkeypa
     assert [*found.values()] == [bag, {"controller.rate_hz": 20}, "boat", Path("there")]
     published = "--rate", 2.5, "--topic", "/odom", "--topic", "/reference"
     for flag, flags in (("--loop", (True, False)), ("--paused", (False, True))):
-        found = reach("vessel_hsmc_ros.cli.replay._publish", "replay", "bag", *published, flag)
+        found = reach("vessel_hsmc_ros.cli.recordings._publish", "replay", "bag", *published, flag)
         assert (found["rate"], found["topics"], (found["loop"], found["paused"])) == (2.5, ("/odom", "/reference"), flags)
 
 
 def test_ardupilot_takes_ship_wiring_address_and_duration(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
     changes = "--set", "vessel_sim.rate_hz=200", "--set", "vessel_sim.vessel.length=7.5"
     wired = "--servos", "3,1", "--pulses", "1050,1450,1950"
-    found = reach("vessel_hsmc_ros.cli.ardupilot.Physics", "ardupilot", "case2_tracking", *changes, *wired)
+    found = reach("vessel_hsmc_ros.cli.boat.Physics", "ardupilot", "case2_tracking", *changes, *wired)
     parameters, wiring = [*found.values()]
     assert (parameters.rate_hz, parameters.vessel.length) == (200.0, 7.5)
     assert (wiring.servos, [*wiring.pulses]) == ((3, 1), [1050.0, 1450.0, 1950.0])
     served = SimpleNamespace(frames=1, lost=2, repeated=3, time=4.0)
-    monkeypatch.setattr("vessel_hsmc_ros.cli.ardupilot.Physics", lambda *_: served)
+    monkeypatch.setattr("vessel_hsmc_ros.cli.boat.Physics", lambda *_: served)
     address = "--host", "10.0.0.1", "--port", 9123, "--duration", 2.5
-    found = reach("vessel_hsmc_ros.cli.ardupilot.serve", "ardupilot", "case2_tracking", *address)
+    found = reach("vessel_hsmc_ros.cli.boat.serve", "ardupilot", "case2_tracking", *address)
     assert [*found.values()][:3] == [served, ("10.0.0.1", 9123), 2.5]
 
 

@@ -32,8 +32,8 @@ OFFLINE, NODES = "vessel_hsmc_ros.studies.runs.scenario_run.run_offline", "vesse
 FLEET = "vessel_hsmc_ros.cli.run.run_vessels"
 COMPARE, SWEEP = "vessel_hsmc_ros.studies.comparison.compare", "vessel_hsmc_ros.studies.campaign.sweep.run_all"
 TUNE, CAMPAIGN = "vessel_hsmc_ros.studies.tuning.result.tune", "vessel_hsmc_ros.studies.campaign.execute.run_campaign"
-REPORT, INIT, GAINS = "vessel_hsmc_ros.report.making.make", "vessel_hsmc_ros.cli.init._text", "vessel_hsmc_ros.cli.gains.study"
-PHYSICS, ROW = "vessel_hsmc_ros.cli.ardupilot.Physics", "vessel_hsmc_ros.studies.campaign.dataset.Row.read"
+REPORT, INIT, GAINS = "vessel_hsmc_ros.report.making.make", "vessel_hsmc_ros.cli.boat._text", "vessel_hsmc_ros.cli.gains.study"
+PHYSICS, ROW = "vessel_hsmc_ros.cli.boat.Physics", "vessel_hsmc_ros.studies.campaign.dataset.Row.read"
 
 
 class Case(NamedTuple):

@@ -12,8 +12,7 @@ from otter_runs import OTTER, otter
 from records import make_run
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.cli.excite import _rows
-from vessel_hsmc_ros.cli.identify import _judged
+from vessel_hsmc_ros.cli.hull import _judged, _rows
 from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.cli import campaign, console, excite, init, reproduce
-from vessel_hsmc_ros.cli.call import SWITCHES, TRIGGERS
+from vessel_hsmc_ros.cli import boat, campaign, console, hull, reproduce
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.gains import _margins
 from vessel_hsmc_ros.cli.options import compare_with_row, print_json
-from vessel_hsmc_ros.cli.path import read_waypoints
-from vessel_hsmc_ros.cli.replay import verdict
+from vessel_hsmc_ros.cli.recordings import verdict
+from vessel_hsmc_ros.cli.sailing import SWITCHES, TRIGGERS, read_waypoints
 from vessel_hsmc_ros.cli.watch import _error, quantities
 from vessel_hsmc_ros.control.loop.linearised_law import Margins
 from vessel_hsmc_ros.core.exceptions import ScenarioError
@@ -41,11 +40,11 @@ def test_the_manoeuvres_are_listed_with_their_own_times_inputs_and_speeds() -> N
     )
     run = make_run(time, state)
     steps = [Step("first", 1.0, 0.3, 10.0), Step("first", 0.5, -0.3, 30.0), Step("second", -0.4, 0.8, 20.0)]
-    assert excite._rows(steps, run) == [
+    assert hull._rows(steps, run) == [
         ["first", "0 to 40 s", "50 to 100 %", "±30 %", "1.00 m/s", "5.7°/s"],
         ["second", "40 to 60 s", "-40 %", "80 %", "5.00 m/s", "11.5°/s"],
     ]
-    assert excite._space(run) == "they take 1.0 min and, with the present data, 40 m by 7 m of water"
+    assert hull._space(run) == "they take 1.0 min and, with the present data, 40 m by 7 m of water"
 
 
 def test_watch_shows_force_moment_and_heading_of_ship_and_reference() -> None:
@@ -157,8 +156,8 @@ def test_every_datum_that_may_replace_that_of_a_vessel_does(monkeypatch: pytest.
         given.extend(arguments)
         return "text"
 
-    monkeypatch.setattr(init, "scenario_for", scenario_for)
-    assert init._text("otter", tmp_path / "boat.yaml", {key: 7.5, "wind": 3.5}, True, ()) == "text"
+    monkeypatch.setattr(boat, "scenario_for", scenario_for)
+    assert boat._text("otter", tmp_path / "boat.yaml", {key: 7.5, "wind": 3.5}, True, ()) == "text"
     values, reference, name, own, main, thrusters = given
     assert (reference, name, own[key], thrusters) == ("otter", "boat", 7.5, True)
     assert "vessel.length" in values

@@ -11,8 +11,7 @@ import pytest
 from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup
-from vessel_hsmc_ros.scenario.faults import relayed_topics
-from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario, relayed_topics
 
 supervisor = pytest.importorskip("vessel_hsmc_ros.nodes.runs.supervisor", reason="ROS is not installed")
 

@@ -10,8 +10,7 @@ from vessel_hsmc_ros.core.metrics import NO_LEG, missed, per_leg, summarise
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, track_of
 from vessel_hsmc_ros.guidance.planned_track import leg_count, passed, replaced, stretches_of, track_errors
 from vessel_hsmc_ros.report import page
-from vessel_hsmc_ros.report.record import Record, measured, planned
-from vessel_hsmc_ros.report.verdict import with_verdict
+from vessel_hsmc_ros.report.record import Record, analyse, measured, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import Row, judge
 from vessel_hsmc_ros.simulation.offline import simulate
@@ -102,7 +101,7 @@ def record_of_half(record: Record) -> Record:
     state = run.state.copy()
     state[len(state) // 2 :, 1] += 30.0
     aside = replace(run, state=state)
-    return Record("aside", aside, measured(aside, record.scenario), scenario=record.scenario, track=record.track)
+    return analyse("aside", aside, record.scenario, track=record.track)
 
 
 def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> None:
@@ -116,10 +115,10 @@ def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> N
     errors = track_errors(track, run.time, run.state[:, :2])
     line = run.state[:, 1][(errors.leg == 0) & ~errors.turn]
     assert metrics.leg_cross_track_rms == pytest.approx(math.sqrt(np.mean(line**2)))
-    record = with_verdict(Record("survey", run, metrics, scenario=scenario, track=track))
+    record = analyse("survey", run, scenario, track=track)
     assert record.verdict.startswith("On 1 of its 2 legs the ship is ")
     limit = metrics.leg_cross_track_rms or 0.0
-    away = with_verdict(record_of_half(record)).verdict
+    away = record_of_half(record).verdict
     assert "; it missed " in away and "of their length, where it was never within " in away  # noqa: PT018
     assert judge(Row("r", legs_at_most=1.01 * limit), run, track).hit
     assert not judge(Row("r", legs_at_most=0.99 * limit), run, track).hit

@@ -8,7 +8,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 
 from vessel_hsmc_ros.core.exceptions import GoalError
-from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
+from vessel_hsmc_ros.messages.conversions import path_event, read_goal, read_path
 
 BOTH = ("odom", "map")
 

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import black_box
 from vessel_hsmc_ros.nodes.controller import ControllerNode
-from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
+from vessel_hsmc_ros.scenario.parameter_groups import BlackBoxParameters
 
 TOPICS = {"/odom", "/reference", "/cmd_wrench", "/controller/state", "/diagnostics", "/rosout"}
 

@@ -16,8 +16,8 @@ from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.nodes import controller_output, reporting
 from vessel_hsmc_ros.nodes.controller_output import ControlDiagnostics, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask
-from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.parameter_groups import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
 PERIOD = 10_000_000

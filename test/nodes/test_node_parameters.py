@@ -22,7 +22,7 @@ from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
 
-from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
+from vessel_hsmc_ros.bags.reader import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes.base import WARN
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
-from vessel_hsmc_ros.scenario.common_parameters import OdometryParameters
+from vessel_hsmc_ros.scenario.parameter_groups import OdometryParameters
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 
 

@@ -72,13 +72,13 @@ def exists(dotted: str) -> bool:
     return False
 
 
-def test_the_documentation_has_at_most_44_000_words_that_are_not_generated() -> None:
+def test_the_documentation_has_at_most_40_000_words_that_are_not_generated() -> None:
     words = 0
     for page in (ROOT / "docs").rglob("*.md"):
         if page.stem not in GENERATED_PAGES:
             text = re.sub(r"<!-- (?!end)[^>]* -->\n.*?<!-- end.*? -->", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
             words += len(text.split())
-    assert words <= 44_000
+    assert words <= 40_000
 
 
 def test_code_cited_by_the_page_of_the_paper_exists() -> None:

@@ -11,7 +11,7 @@ import bag_making
 import pytest
 import yaml
 
-from vessel_hsmc_ros.bags.cdr_columns import MessageType
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.messages.topics import WATCHED_TOPICS, definition
 
 LAYOUTS = Path(__file__).resolve().parents[2] / "config" / "live"
@@ -19,7 +19,7 @@ LAYOUTS = Path(__file__).resolve().parents[2] / "config" / "live"
 
 def fields(topic: str) -> tuple[str, ...]:
     kind = bag_making.TYPES[topic]
-    return MessageType(kind, definition(kind)).fields()
+    return MessageDecoder(kind, kind, definition(kind)).fields
 
 
 def foxglove_paths() -> list[Any]:

@@ -13,9 +13,8 @@ from matplotlib.quiver import Quiver
 from numpy.typing import NDArray
 from records import make_run
 
-from vessel_hsmc_ros.report import Record, figures, style
-from vessel_hsmc_ros.report.overlay import Overlay, Owned
-from vessel_hsmc_ros.report.panels import Line, Panel
+from vessel_hsmc_ros.report import Record, diagrams, figures
+from vessel_hsmc_ros.report.panels import Line, Overlay, Owned, Panel
 from vessel_hsmc_ros.report.record import Limit, Mark
 
 Array = NDArray[Any]
@@ -51,7 +50,7 @@ def colours(axis: Axes) -> list[str]:
 def test_the_track_goes_from_a_dot_to_a_square_with_the_heading_as_arrows() -> None:
     run = moving("one").run
     (axis,) = figures.track([moving("one")]).axes
-    assert colours(axis) == [*[style.REFERENCE] * 3, *[style.SHIP] * 3]
+    assert colours(axis) == [*[diagrams.REFERENCE] * 3, *[diagrams.SHIP] * 3]
     for first, poses in ((0, run.reference), (3, run.state)):
         np.testing.assert_array_equal(data_of(axis, first), poses[:, :2].T)
         for index, marker, pose in ((first + 1, "o", poses[0]), (first + 2, "s", poses[-1])):
@@ -70,7 +69,7 @@ def test_the_track_goes_from_a_dot_to_a_square_with_the_heading_as_arrows() -> N
 def test_tracks_of_several_runs_have_the_colours_of_their_runs() -> None:
     (axis,) = figures.track([moving("one"), moving("two", 5.0)]).axes
     found = {str(line.get_label()): to_hex(line.get_color()) for line in axis.lines if not str(line.get_label()).startswith("_")}
-    assert found == {"reference": style.NEUTRAL, "two": style.SERIES[1], "one": style.SERIES[0]}
+    assert found == {"reference": diagrams.NEUTRAL, "two": diagrams.SERIES[1], "one": diagrams.SERIES[0]}
 
 
 def test_values_and_limits_are_drawn_in_the_unit_of_the_axis() -> None:
@@ -82,7 +81,7 @@ def test_values_and_limits_are_drawn_in_the_unit_of_the_axis() -> None:
     assert axis.lines[0].get_drawstyle() == "steps-post"
     bounds = [float(data_of(axis, index)[1][0]) for index in range(1, len(axis.lines))]
     assert bounds == [-200.0, 200.0, -300.0, 300.0]  # the third is too far away
-    assert set(colours(axis)[1:]) == {style.LIMIT}
+    assert set(colours(axis)[1:]) == {diagrams.LIMIT}
     legend = axis.get_legend()
     assert legend is not None
     assert [text.get_text() for text in legend.get_texts()] == ["force", "limit: law", "limit: actuator"]
@@ -108,11 +107,15 @@ def test_a_short_peak_to_either_side_is_named_and_does_not_flatten_the_line(peak
 def test_a_line_has_the_colour_of_its_role_in_one_run_and_of_its_run_in_several() -> None:
     lines = [Line(role, TIME, TIME, role) for role in ("main", "desired", "other", "third", "measured")]
     (alone,) = drawn(panel_of(*lines))
-    assert colours(alone) == [style.SHIP, style.REFERENCE, style.OTHER, style.THIRD, style.NEUTRAL]
+    assert colours(alone) == [diagrams.SHIP, diagrams.REFERENCE, diagrams.OTHER, diagrams.THIRD, diagrams.NEUTRAL]
     assert [line.get_linestyle() for line in alone.lines] == ["-", "--", ":", "-.", "-"]
     (several,) = drawn(panel_of(*lines), alone=False)
-    assert colours(several) == [*style.SERIES[:5]]
-    assert [style.page_colour(style.run_colour(run)) for run in (None, 0, 7)] == [style.NEUTRAL, style.SERIES[0], style.SERIES[1]]
+    assert colours(several) == [*diagrams.SERIES[:5]]
+    assert [diagrams.page_colour(diagrams.run_colour(run)) for run in (None, 0, 7)] == [
+        diagrams.NEUTRAL,
+        diagrams.SERIES[0],
+        diagrams.SERIES[1],
+    ]
 
 
 def test_events_are_marked_in_every_panel_of_a_single_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

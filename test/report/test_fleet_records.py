@@ -13,7 +13,7 @@ from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.metrics import evaluate
-from vessel_hsmc_ros.messages.goals import path_event
+from vessel_hsmc_ros.messages.conversions import path_event
 from vessel_hsmc_ros.report import from_bag, page
 from vessel_hsmc_ros.report.record import Mark, Record, planned
 from vessel_hsmc_ros.scenario.scenario import load_scenario

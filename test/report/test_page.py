@@ -18,10 +18,9 @@ from unrendered import leave_unrendered
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.install_paths import __version__
-from vessel_hsmc_ros.report import Record, figures, style
-from vessel_hsmc_ros.report.overlay import overlays
+from vessel_hsmc_ros.report import Record, diagrams, figures
 from vessel_hsmc_ros.report.page_kit import Payload
-from vessel_hsmc_ros.report.panels import panels
+from vessel_hsmc_ros.report.panels import overlays, panels
 from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
@@ -177,8 +176,8 @@ def test_a_histogram_of_the_control_intervals_is_shown_where_they_vary(
 
 
 def test_page_and_figures_use_one_palette() -> None:
-    variables = style.css_variables()
-    for i, colour in enumerate(style.SERIES):
+    variables = diagrams.css_variables()
+    for i, colour in enumerate(diagrams.SERIES):
         assert f"--run-{i}: {colour};" in variables
-    assert f"--ship: {style.SHIP};" in variables
-    assert f"--reference: {style.REFERENCE};" in variables
+    assert f"--ship: {diagrams.SHIP};" in variables
+    assert f"--reference: {diagrams.REFERENCE};" in variables

@@ -15,9 +15,8 @@ from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.metrics import TrackErrors
 from vessel_hsmc_ros.report import Record, figures, making, page
 from vessel_hsmc_ros.report.making import Options
-from vessel_hsmc_ros.report.overlay import Plan, fences, overlays, plans, stops
 from vessel_hsmc_ros.report.page_kit import TRACK_POINTS, Payload
-from vessel_hsmc_ros.report.panels import Line, Panel
+from vessel_hsmc_ros.report.panels import Line, Panel, Plan, fences, overlays, plans, stops
 from vessel_hsmc_ros.report.record import Limit, planned
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
@@ -128,14 +127,21 @@ def test_the_stopping_set_is_that_of_the_recorded_speed_and_force() -> None:
     assert np.diff(found.reach).max() < 0.0
 
 
-def test_every_run_has_the_errors_of_its_own_legs_and_its_own_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_run_has_the_errors_of_its_own_legs_and_its_own_verdict() -> None:
     errors = {
         name: TrackErrors(np.repeat([0, 1], 20), np.zeros(40, bool), np.repeat([size, -2.0 * size], 20), np.full(40, 3.0 * size))
         for name, size in (("one", 0.5), ("two", 0.07))
     }
-    monkeypatch.setattr(Record, "track_errors", property(lambda self: errors.get(self.name)))
-    monkeypatch.setattr(Record, "passed", property(lambda self: {0: (3.0, 4.0), 1: (7.0, 7.0)} if self.name == "two" else {}))
-    runs = [spiral(name, 0.0, 20.0, side, verdict=f"{name} is judged.") for side, name in enumerate(("one", "none", "two"))]
+    passed = {"two": {0: (3.0, 4.0), 1: (7.0, 7.0)}}
+    runs = [
+        spiral(
+            *(name, 0.0, 20.0, side),
+            verdict=f"{name} is judged.",
+            track_errors=errors.get(name),
+            passed=passed.get(name, {}),
+        )
+        for side, name in enumerate(("one", "none", "two"))
+    ]
     assert page._legs(runs) == [
         {"name": "one", "rows": [("1", "0.5 m", "0.5 m", "1.5 m", "0 %"), ("2", "1 m", "1 m", "1.5 m", "0 %")]},
         {"name": "two", "rows": [("1", "70 mm", "70 mm", "0.21 m", "25 %"), ("2", "0.14 m", "0.14 m", "0.21 m", "0 %")]},
@@ -183,7 +189,7 @@ def test_panels_of_unlike_runs_are_merged_group_by_group_with_all_limits(monkeyp
         last = Panel("Early", "q", "N", (line, Line("y", time, values)))
         return [first, last] if made.name == "one" else [last, Panel("Late", "r", "N", (line,)), first]
 
-    monkeypatch.setattr("vessel_hsmc_ros.report.overlay.panels", panels)
+    monkeypatch.setattr("vessel_hsmc_ros.report.panels.panels", panels)
     found = overlays([spiral("one", 0.0, 5.0, 0.0), spiral("three", 0.0, 5.0, 1.0)])
     assert [(each.panel.group, each.panel.title) for each in found] == [("Late", "p"), ("Late", "r"), ("Early", "q")]
     assert found[0].panel.limits == (Limit(3.0, "one"), Limit(5.0, "three"))

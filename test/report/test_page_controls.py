@@ -14,7 +14,6 @@ from browser import Browser
 from records import record
 
 from vessel_hsmc_ros import report
-from vessel_hsmc_ros.report import overlay
 from vessel_hsmc_ros.report.panels import Panel, panels
 from vessel_hsmc_ros.report.record import Limit, Mark
 
@@ -39,7 +38,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> Path:
     one = replace(record("one", 3.0), marks=MARKS, verdict="It tracks the reference.")
     two = replace(record("a law with a long name", 4.0), marks=MARKS[:1], verdict="It drifts <away>.")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(overlay, "panels", extended)
+        patch.setattr("vessel_hsmc_ros.report.panels.panels", extended)
         report.write(folder / "one.html", [one], "One run")
         report.write(folder / "three.html", [one, two, record("third", 5.0)], "Three runs")
     return folder

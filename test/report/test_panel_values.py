@@ -126,13 +126,12 @@ def _terms(run: Run, **names: str) -> list[tuple[str, Array, Array, str]]:
 
 
 @pytest.fixture
-def made(monkeypatch: pytest.MonkeyPatch) -> tuple[Record, TrackErrors]:
+def made() -> tuple[Record, TrackErrors]:
     """A record of the run, whose errors against its plan are given."""
     rng = np.random.default_rng(4)
     errors = TrackErrors(np.arange(41) // 10, np.arange(41) % 10 > 6, rng.normal(size=41), rng.normal(size=41))
-    monkeypatch.setattr(Record, "track_errors", property(lambda _: errors))
     changes = {"controller.law": "guided", "vessel_sim.actuators.surge_force_limit": 3e5}
-    return Record("run", unlike_run(), scenario=load_scenario("case2_tracking", changes)), errors
+    return Record("run", unlike_run(), scenario=load_scenario("case2_tracking", changes), track_errors=errors), errors
 
 
 def test_every_line_shows_its_own_quantity(made: tuple[Record, TrackErrors]) -> None:

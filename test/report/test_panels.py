@@ -75,7 +75,7 @@ def test_limits_are_those_of_actuators_and_law_by_name() -> None:
 def test_the_panels_of_the_wrench_have_the_limits() -> None:
     made = simulated(**GUIDED)
     shown = by_title(made)
-    assert (shown["surge force"].limits, shown["yaw moment"].limits) == made.limits
+    assert (shown["surge force"].limits, shown["yaw moment"].limits) == limits(made.scenario)
 
 
 def test_every_panel_has_help_and_no_help_is_without_a_panel() -> None:

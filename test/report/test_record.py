@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from records import circle, make_run, record
 
-from vessel_hsmc_ros.report.overlay import tracks
+from vessel_hsmc_ros.report.panels import tracks
 from vessel_hsmc_ros.report.record import Mark, control_intervals, measured, running_time
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 

@@ -13,8 +13,7 @@ from records import make_run
 
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.report import Record
-from vessel_hsmc_ros.report.record import measured
-from vessel_hsmc_ros.report.verdict import with_verdict
+from vessel_hsmc_ros.report.record import measured, with_verdict
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 Array = NDArray[Any]

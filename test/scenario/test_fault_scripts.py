@@ -8,9 +8,8 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.faults import KINDS, Fault, FaultScript
-from vessel_hsmc_ros.scenario.fault_script import dump_script, kind_table, parse_script, setting_table
-from vessel_hsmc_ros.scenario.faults import check_script, load_script
-from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.scenario.fault_script import dump_script, kind_table, load_script, parse_script, setting_table
+from vessel_hsmc_ros.scenario.scenario import check_script, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 
 LOCKSTEP = load_scenario("figure_eight")

@@ -6,12 +6,11 @@ from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import REFERENCES
-from vessel_hsmc_ros.scenario.ineffective import ineffective, rules_of
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
-from vessel_hsmc_ros.scenario.warnings import SHIPS, check_effects, check_goals
+from vessel_hsmc_ros.scenario.warnings import SHIPS, check_effects, check_goals, ineffective, rules_of
 
 PLAIN = "/**/controller: {ros__parameters: {law: guided}}"
 

@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.plant.dynamics import damping_force, derivative
-from vessel_hsmc_ros.scenario.vessel_figures import Figures, agreement, agrees, figures, markdown, steady_motion
-from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
+from vessel_hsmc_ros.scenario.vessels import (
+    Figures,
+    agreement,
+    agrees,
+    figures,
+    markdown,
+    read_vessel,
+    steady_motion,
+    vessel_names,
+)
 
 DOCS = Path(__file__).parents[2] / "docs" / "vessels.md"
 

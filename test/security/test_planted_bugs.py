@@ -10,6 +10,7 @@ from fuzz_seeds import seeds
 from fuzz_targets import TARGETS
 from mutation import mutated
 
+from vessel_hsmc_ros.bags.topic_columns import _Walk
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.scenario import vessels
 
@@ -30,7 +31,7 @@ class Equal(int):
 
 def unwrapped(decoder: Any, data: bytes) -> Any:
     """A message, with the exceptions of its reader."""
-    return decoder._type.read(data)
+    return _Walk(data, "<", decoder._types, decoder._classes, None).message(decoder._kind, "")
 
 
 def waypoint(row: Any, place: str) -> Any:
@@ -42,8 +43,7 @@ def waypoint(row: Any, place: str) -> Any:
 ANY_SUM = SimpleNamespace(crc32=lambda *_: Equal(1))
 ROOM = "vessel_hsmc_ros"
 PLANTED: dict[str, tuple[str, str, Any]] = {
-    "a text without its end": ("message", "bags.cdr_columns._ended", lambda *_: True),
-    "bytes behind the last field": ("message", "bags.cdr_columns.UNUSED", 10_000),
+    "numbers that are not aligned": ("message", "bags.topic_columns._Walk.align", lambda *_: None),
     "no ranges in a scenario": ("scenario", "core.schema._outside", lambda *_: False),
     "no ranges of changes": ("parameters", "core.schema._outside", lambda *_: False),
     "no ranges at all": ("ranges", "core.schema._outside", lambda *_: False),
@@ -58,7 +58,7 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     ),
     "no ranges of hull data": ("vessel", "core.schema._outside", lambda *_: False),
     "times that do not increase": ("csv", "studies.identification.measurements.checked", lambda run: run),
-    "a waypoint that is not finite": ("waypoints", "cli.path._waypoint", waypoint),
+    "a waypoint that is not finite": ("waypoints", "cli.sailing._waypoint", waypoint),
     "no checksums": ("bag", "bags.mcap_contents.zlib", ANY_SUM),
     "messages with their own exceptions": ("unchecked_bag", "bags.topic_columns.MessageDecoder.deserialize", unwrapped),
     "metadata that is no YAML": ("metadata", "bags.rosbag2_metadata.yaml", SimpleNamespace(YAMLError=KeyError)),

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from vessel_hsmc_ros.bags.cdr_columns import MessageType
 from vessel_hsmc_ros.bags.reader import Bag, Series, open_bag
 from vessel_hsmc_ros.bags.run_to_bag import write_bag
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
 
 WALL_TIME = {"/controller/state": "compute_time"}
@@ -19,7 +19,7 @@ def messages(bag: Bag, name: str) -> list[tuple[int, int, bytes]]:
     found = [(raw.log_time, raw.publish_time, raw.data) for raw in bag.raw_messages(name)]
     if name not in WALL_TIME:
         return found
-    layout = MessageType(bag.topics[name].type, bag.topics[name].definition).layout(found[0][2])
+    layout = MessageDecoder(name, bag.topics[name].type, bag.topics[name].definition).layout(found[0][2])
     first, size = layout.fields[WALL_TIME[name]].offset, layout.fields[WALL_TIME[name]].size
     return [(log, sent, data[:first] + bytes(size) + data[first + size :]) for log, sent, data in found]
 

@@ -17,15 +17,16 @@ from typing import Any, NamedTuple
 import zstandard
 from mcap.opcode import Opcode
 
-from vessel_hsmc_ros.bags.mcap_contents import Contents, chunk_bytes, read_contents
-from vessel_hsmc_ros.bags.mcap_layout import (
-    LARGEST_CHUNK,
+from vessel_hsmc_ros.bags.mcap_contents import (
     MESSAGE_FIELDS,
     MESSAGE_HEADER,
     RECORD_HEADER,
+    Contents,
+    chunk_bytes,
     chunk_records,
     file_records,
     message_offsets,
+    read_contents,
 )
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, bag_information
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning, NoBagError
@@ -35,10 +36,7 @@ SUFFIX = ".zstd"  # suffix of the files of a bag that is compressed file by file
 
 
 def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
-    """Whether each message of a bag is compressed on its own.
-
-    Raises BagError if the bag is compressed in a format or mode that this package does not read.
-    """
+    """Whether each message of a bag is compressed on its own."""
     kind = str(information.get("compression_format") or "")
     mode = str(information.get("compression_mode") or "").upper()
     if mode in ("", "NONE") and not kind:
@@ -52,8 +50,7 @@ def messages_are_compressed(bag: Path, information: Mapping[str, Any]) -> bool:
 def decompress_file(path: Path, folder: Path) -> Path:
     """Decompress one `.mcap.zstd` file block by block into a folder; returns the MCAP file.
 
-    A truncated file is decompressed up to where it breaks off. Raises BagError if the file is damaged, or the folder's disk has
-    no room for it.
+    A truncated file is decompressed up to where it breaks off.
     """
     target = folder / path.name.removesuffix(SUFFIX)
     try:
@@ -76,8 +73,7 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
             if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
                 continue
             _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
-            # The limit takes effect if the frame does not declare its size.
-            data = decompressor.decompress(records[start + MESSAGE_HEADER.size : end], max_output_size=LARGEST_CHUNK)
+            data = decompressor.decompressobj().decompress(records[start + MESSAGE_HEADER.size : end])
             parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
     except struct.error:
         raise BagError(f"{path} is damaged: a record of a chunk is cut off") from None
@@ -107,9 +103,6 @@ class BagFiles:
         information: The content of metadata.yaml; empty for a bare file.
         contents: What each file contains, in order.
         missing: Names of further files that metadata.yaml has, and the folder has not.
-
-    Raises:
-        BagError: the path is not a bag, or is a bag of a kind that this package does not read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -122,10 +115,7 @@ class BagFiles:
         self.contents = [read_contents(file) for file in files]
 
     def blocks(self) -> Iterator[tuple[Contents, bytes]]:
-        """Uncompressed records, many chunks at a time, with the file that each block comes from.
-
-        Raises BagError if a chunk is damaged, or a file cannot be read any more.
-        """
+        """Uncompressed records, many chunks at a time, with the file that each block comes from."""
         for contents in self.contents:
             block: list[bytes] = []
             size = 0
@@ -138,10 +128,7 @@ class BagFiles:
             yield contents, b"".join(block)
 
     def raw_messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """The messages of some topics in the recorded order.
-
-        Raises BagError if a chunk is damaged, or a file cannot be read any more.
-        """
+        """The messages of some topics in the recorded order."""
         for contents, block in self.blocks():
             offsets = channel_offsets(contents, block)
             chosen = [[(start, i) for start in offsets[i]] for i in offsets if contents.channels[i].topic in topics]
@@ -168,10 +155,7 @@ class BagFiles:
 
 
 def channel_offsets(contents: Contents, block: bytes) -> dict[int, list[int]]:
-    """Offsets of the Message records in a block of a file, by channel.
-
-    Raises BagError if the records do not fill the block, or a message has a channel that the file does not describe.
-    """
+    """Offsets of the Message records in a block of a file, by channel."""
     try:
         offsets = message_offsets(block)
     except ValueError as error:
@@ -218,10 +202,9 @@ class FoundFiles(NamedTuple):
 def bag_files(path: Path, strict: bool = True) -> FoundFiles:
     """The MCAP files of a bag: those that its metadata.yaml names, without one all in its folder; or a single file.
 
-    Hidden files are none of a bag: macOS leaves such on foreign disks. An empty file among others is left out: its recorder was
-    killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml. `strict`:
-    whether its metadata.yaml must be readable. Raises BagError if there are no such files, or the bag is of a kind that this
-    package does not read.
+    Hidden files are none of a bag: macOS leaves such on foreign disks. An empty file among others is left out: its recorder
+    was killed when it had only begun the file. A BagWarning names the differences between folder and metadata.yaml. `strict`:
+    whether its metadata.yaml must be readable.
     """
     if path.is_file():
         return FoundFiles([path])
@@ -238,10 +221,7 @@ def bag_files(path: Path, strict: bool = True) -> FoundFiles:
 
 
 def _found(path: Path, named: list[str]) -> FoundFiles:
-    """The files in a folder by the names in its metadata.yaml, if there are any.
-
-    Raises BagError if there are no names, and files of several bags.
-    """
+    """The files in a folder by the names in its metadata.yaml, if there are any."""
     plain = [file for file in _visible(path, ".mcap") if file.is_file()]  # a pipe would be waited for
     # rosbag2 decompresses a file beside itself when it plays it: both are the same file of the bag.
     packed = [file for file in _visible(path, f".mcap{SUFFIX}") if file.is_file() and file.with_suffix("") not in plain]

@@ -1,35 +1,99 @@
-"""Contents of an MCAP file: from its summary, or by a scan from its beginning if that is missing or damaged."""
+"""Contents of an MCAP file: from its summary, or by a scan from its beginning if that is missing or damaged.
+
+A record is an opcode, the length of its content and the content, little-endian and without padding (https://mcap.dev/spec).
+"""
 
 import io
 import struct
 import zlib
-from collections import Counter
+from collections import Counter, defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-import lz4.frame
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.reader import SeekingReader
 from mcap.records import Attachment, Channel, Chunk, ChunkIndex, Header, MessageIndex, Metadata, Schema, Statistics
+from mcap.stream_reader import get_chunk_data_stream
 
-from vessel_hsmc_ros.bags.mcap_layout import (
-    CHECKSUM_SIZE,
-    DATA_END,
-    FIRST_PRIVATE,
-    FOOTER,
-    LARGEST_CHUNK,
-    LONGEST_RECORD,
-    MAGIC,
-    MESSAGE_HEADER,
-    RECORD_HEADER,
-    chunk_records,
-    file_records,
-)
 from vessel_hsmc_ros.core.exceptions import BagError
+
+MAGIC = b"\x89MCAP0\r\n"  # first and last bytes of a complete file
+RECORD_HEADER = struct.Struct("<BQ")  # opcode and length of the content; at the start of every record
+MESSAGE_HEADER = struct.Struct("<BQHIQQ")
+"""Of a Message record, all before the serialised message: record header, channel, sequence, log time, publish time."""
+
+MESSAGE_FIELDS = MESSAGE_HEADER.size - RECORD_HEADER.size  # bytes of a Message record's content before the serialised message
+MESSAGE_HEADER_TYPE = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<i8"), ("publish_time", "<i8")]
+)
+"""MESSAGE_HEADER as a NumPy type, to read the headers of many messages at once."""
+
+MESSAGE_INDEX_HEADER = struct.Struct("<BQHI")
+"""Of a MessageIndex record, all before the entries: record header, channel, bytes of the entries."""
+
+INDEX_ENTRY_SIZE = 16  # bytes of an entry of a MessageIndex: log time and offset of a message within its chunk
+FOOTER = struct.Struct("<BQQQI")
+"""The Footer record: record header, start of the summary, start of the summary offsets, checksum."""
+
+CHECKSUM_SIZE = 4  # bytes of a checksum, the last field of DataEnd and Footer
+DATA_END = RECORD_HEADER.pack(Opcode.DATA_END, CHECKSUM_SIZE) + bytes(CHECKSUM_SIZE)
+"""The DataEnd record without a checksum; directly before the footer in a file that was not closed."""
+
+FIRST_PRIVATE = 0x80
+"""The first of the opcodes that the specification leaves to applications; readers skip records with such an opcode."""
+
+_NOT_DATA = (0, Opcode.DATA_END, Opcode.FOOTER)
+
+
+def file_records(path: Path) -> Iterator[tuple[int, int, bytes]]:
+    """Opcode, offset and content of the complete records in a file's data section, up to where it ends or breaks off."""
+    with path.open("rb") as stream:
+        size, start = path.stat().st_size, stream.seek(len(MAGIC))
+        while len(header := stream.read(RECORD_HEADER.size)) == RECORD_HEADER.size:
+            opcode, length = RECORD_HEADER.unpack(header)
+            # An opcode that is neither specified nor private comes from damaged bytes, whose length means nothing either.
+            if opcode in _NOT_DATA or Opcode.DATA_END < opcode < FIRST_PRIVATE:
+                return
+            if start + RECORD_HEADER.size + length > size:  # before the memory for it is allocated
+                return
+            content = stream.read(length)
+            yield opcode, start, content
+            start += RECORD_HEADER.size + length
+
+
+def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Opcode, offset and end of the records in a chunk's uncompressed bytes."""
+    position = 0
+    while position < len(data):
+        opcode, length = RECORD_HEADER.unpack_from(data, position)
+        end = position + RECORD_HEADER.size + length
+        yield opcode, position, end
+        position = end
+
+
+def message_offsets(data: bytes) -> dict[int, list[int]]:
+    """Offsets of the Message records in a chunk's uncompressed bytes, by channel."""
+    offsets: dict[int, list[int]] = defaultdict(list)
+    unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0
+    padded = data + bytes(MESSAGE_HEADER.size)  # so that the header of a short last record can be unpacked as a message's
+    # One unpacking for all kinds of records: this loop visits every message of a bag.
+    while position < len(data):
+        opcode, length, channel, _, _, _ = unpack(padded, position)
+        if opcode == Opcode.MESSAGE:
+            offsets[channel].append(position)
+            if length < MESSAGE_FIELDS:
+                raise ValueError("a message is shorter than its header")
+        position += header_size + length
+    if position != len(data):
+        raise ValueError("cut off")
+    return offsets
+
 
 DAMAGE = (
     McapError,
@@ -80,10 +144,7 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
     """The uncompressed records of a chunk. Raises BagError if the chunk is damaged."""
     offset = index.chunk_start_offset
     try:
-        if index.chunk_length > LONGEST_RECORD:
-            raise ValueError("too large")
         stream.seek(offset + RECORD_HEADER.size)
-        # No more than the chunk's own bytes: a damaged length within them could request any amount of memory.
         return _uncompressed(Chunk.read(_stream(stream.read(index.chunk_length - RECORD_HEADER.size))))
     except DAMAGE:
         raise BagError(f"{path} is damaged at byte {offset}: `vessel-hsmc recover` makes the rest of it readable") from None
@@ -92,8 +153,7 @@ def chunk_bytes(path: Path, stream: IO[bytes], index: ChunkIndex) -> bytes:
 def scan(path: Path, summary: Contents | None = None) -> Contents:
     """Read complete records from the beginning until the data section ends or breaks off.
 
-    `summary`: what a valid summary knows. Raises BagError if the file has no complete record, or the walk does not come to a
-    chunk that the summary knows: the length or the kind of a record before it is damaged.
+    `summary`: what a valid summary knows.
     """
     doubtful: list[tuple[int, int]] = []
     contents, chunks = Contents(path), set()
@@ -178,28 +238,8 @@ def _add_messages(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
 
 
 def _uncompressed(chunk: Chunk) -> bytes:
-    """The uncompressed bytes of a chunk, never more than it claims, and never more than LARGEST_CHUNK."""
-    size = chunk.uncompressed_size
-    if size > LARGEST_CHUNK:
-        raise ValueError("too large")
-    data = _decompressed(chunk.compression, chunk.data, size)
-    if len(data) != size or (chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc):
-        raise ValueError("cut off")
-    return data
-
-
-def _decompressed(compression: str, data: bytes, size: int) -> bytes:
-    """Decompress to at most `size` bytes; a library that is left to itself allocates what the data claim."""
-    if compression == "":
-        return data
-    if compression == "lz4":
-        unpacked: bytes = lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size)
-        return unpacked
-    if compression != "zstd":
-        raise ValueError(f"compression {compression} is unknown")
-    if zstandard.frame_content_size(data) > size:
-        raise ValueError("claims more than the chunk")
-    return zstandard.ZstdDecompressor().decompress(data, max_output_size=size) if size else b""
+    data, length = get_chunk_data_stream(chunk, validate_crc=True)
+    return bytes(data.read(length))
 
 
 def _stream(data: bytes) -> ReadDataStream:
@@ -210,10 +250,7 @@ ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
 def read_contents(path: Path) -> Contents:
-    """Read the contents of a file from its summary if it is valid, else by a scan of the complete file.
-
-    Raises BagError if the file cannot be read or is not an MCAP file.
-    """
+    """Read the contents of a file from its summary if it is valid, else by a scan of the complete file."""
     try:
         with path.open("rb") as stream:
             start = stream.read(len(MAGIC))
@@ -243,7 +280,7 @@ def _summary_is_valid(path: Path, stream: IO[bytes]) -> bool:
     start: int
     _, _, start, _, checksum = FOOTER.unpack_from(tail, len(DATA_END))
     end = size - len(MAGIC) - CHECKSUM_SIZE
-    if not 0 < start < end or end - start > LONGEST_RECORD:
+    if not 0 < start < end:
         return False
     stream.seek(start)
     return not checksum or zlib.crc32(stream.read(end - start)) == int(checksum)  # 0: written without a checksum
@@ -253,7 +290,7 @@ def _from_summary(path: Path, stream: IO[bytes]) -> Contents | None:
     """Contents according to the summary; None where there is no summary or it lacks something."""
     stream.seek(0)
     try:
-        reader: Any = SeekingReader(stream, record_size_limit=LONGEST_RECORD)
+        reader: Any = SeekingReader(stream)
         profile, summary = reader.get_header().profile, reader.get_summary()
         if summary is None or summary.statistics is None:
             return None
@@ -283,8 +320,6 @@ def _has_all(contents: Contents, statistics: Statistics) -> bool:
 
 
 def _record_at(stream: IO[bytes], index: Any, kind: Any) -> Any:
-    """The record that an index entry names; of its bytes and no more, because lengths within it can be damaged too."""
-    if index.length > LONGEST_RECORD:
-        raise ValueError("too large")
+    """The record that an index entry names."""
     stream.seek(index.offset + RECORD_HEADER.size)
-    return kind.read(ReadDataStream(io.BytesIO(stream.read(index.length - RECORD_HEADER.size))))
+    return kind.read(_stream(stream.read(index.length - RECORD_HEADER.size)))

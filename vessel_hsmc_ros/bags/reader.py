@@ -18,8 +18,9 @@ networks' weights or covariances are read only when they are used themselves.
 
 import heapq
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -28,18 +29,179 @@ import yaml
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
-from vessel_hsmc_ros.bags.recorded_scenario import recorded_parameters, recorded_scenario
 from vessel_hsmc_ros.bags.topic_columns import Series, load_columns, topics_of
-from vessel_hsmc_ros.bags.vessel_topics import VesselTopics
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
+from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
+from vessel_hsmc_ros.core.node_list import ALLOCATION
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
-from vessel_hsmc_ros.messages.topics import EVENTS
+from vessel_hsmc_ros.messages.state_columns import ODOMETRY
+from vessel_hsmc_ros.messages.topics import EVENTS, RECORDED_TOPICS, RELAYED
 from vessel_hsmc_ros.plant.dynamics import Vessel
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
-from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.parameters import NODES, declared
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
+from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
+
+COMMAND = "cmd_wrench"
+NORMALISED = "/normalised_wrench"  # a topic of the type of the wrenches whose numbers are shares of the limits
+
+
+class VesselTopics:
+    """The topics of the vessels in a bag.
+
+    `given`: full names of topics by this package's names, where a person has given them.
+
+    Raises:
+        BagError: a topic that was given is not there, or of another type, or cannot be decoded.
+    """
+
+    def __init__(self, bag: Path, topics: Mapping[str, Series], given: Mapping[str, str]) -> None:
+        self._bag, self._topics, self._given = bag, topics, given
+        for own, name in given.items():
+            kind = RECORDED_TOPICS[own]
+            if name not in self._of_type(kind):
+                raise BagError(f"bag {bag} has no {kind} on {name}: it has {', '.join(self._of_type(kind)) or 'none'}")
+
+    def readable(self, name: str) -> bool:
+        """Whether a topic, by its full name, has messages that can be decoded."""
+        return bool(self._topics.get(name)) and not self._topics[name].undecodable
+
+    @property
+    def namespaces(self) -> list[str]:
+        """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
+        odometry = [name for name, series in self._topics.items() if name.endswith("/odom") and series.type == ODOMETRY]
+        names = [name.removesuffix("odom") for name in odometry]
+        return [name for name in names if not name.endswith(f"/{RELAYED}")]
+
+    def namespace(self, wanted: str | None) -> str:
+        """The given namespace if it holds a vessel, or the only one that does, with its slashes.
+
+        Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace. Raises
+        BagError if there is no such vessel, or there are several to choose from.
+        """
+        parts = [part for part in (wanted or "").split("/") if part]
+        if "odom" in self._given or not (self.namespaces or parts or self.find("/", "odom") is None):
+            return "/" + "".join(f"{part}/" for part in parts)
+        found = [name for name in self.namespaces if wanted is None or name.strip("/") == "/".join(parts)]
+        if not found:
+            where = "" if wanted is None else f" in namespace /{'/'.join(parts)}"
+            raise BagError(f"bag {self._bag} has no odometry{where}: {self._alternatives()}")
+        if len(found) > 1:
+            raise BagError(f"bag {self._bag} has several vessels, in the namespaces {', '.join(found)}: choose one")
+        return found[0]
+
+    def find(self, prefix: str, own: str) -> Series | None:
+        """The topic of a vessel by this package's name for it; None if the bag has no such messages that can be decoded.
+
+        In a bag of one vessel it is the topic that was given, that of the name in the namespace, else the only one whose name
+        ends so, and of odometry and applied wrench the only one of the type. `prefix`: the vessel's namespace, with its
+        slashes. `own`: the name without the namespace, such as `odom`.
+        """
+        exact = self._given.get(own, prefix + own)
+        if self.readable(exact):
+            return self._topics[exact]
+        if len(self.namespaces) > 1 or exact in self._topics:
+            return None
+        names = self._unnamed(own)
+        found = [name for name in names if name.endswith(f"/{own}")]
+        by_type = own == "odom" or (own == "applied_wrench" and self.find(prefix, COMMAND) is None)
+        found = found or (names if by_type else [])
+        return self._topics[found[0]] if len(found) == 1 else None
+
+    def _unnamed(self, own: str) -> list[str]:
+        """The topics of the type of one of this package's, without those that are others of its own."""
+        others = tuple(f"/{name}" for name, kind in RECORDED_TOPICS.items() if kind == RECORDED_TOPICS[own] and name != own)
+        names = self._of_type(RECORDED_TOPICS[own])
+        return [n for n in names if not n.endswith((*others, NORMALISED)) and f"/{RELAYED}" not in n]
+
+    def _of_type(self, kind: str) -> list[str]:
+        return [name for name, series in self._topics.items() if series.type == kind and self.readable(name)]
+
+    def _alternatives(self) -> str:
+        """The topics that may be odometry; without any all topics, with the reason for those that cannot be decoded."""
+        reasons = {name: series.undecodable for name, series in self._topics.items()}
+        texts = [f"{name} ({reason})" if reason else name for name, reason in reasons.items()]
+        names = self._unnamed("odom")
+        choice = f"choose one of {', '.join(names)} by --odometry; " if names else ""
+        return f"{choice}its topics are {', '.join(texts) or 'none'}"
+
+
+Parameters = Mapping[str, Mapping[str, Any]]
+
+
+def recorded_parameters(text: bytes) -> dict[str, dict[str, Any]]:
+    """The parameters of every node by its full name, from a bag's attachment.
+
+    Raises ScenarioError if the attachment is not a ROS parameters file.
+    """
+    try:
+        document = read_yaml(text.decode()) or {}
+        return {str(node): dict(flat(content["ros__parameters"])) for node, content in document.items()}
+    except (yaml.YAMLError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as error:
+        raise ScenarioError(f"the parameters in the bag cannot be read: {error}") from None
+
+
+def recorded_scenario(
+    bag: Path,
+    name: str,
+    text: str,
+    parameters: Parameters,
+    namespaces: Collection[str],
+    changes: dict[str, object] | None,
+    any_law: bool = False,
+    namespace: str | None = None,
+) -> Scenario:
+    """The scenario of a bag, from the first of three sources that it has.
+
+    Args:
+        bag: The bag's path; the last source is a params.yaml beside it.
+        text: The scenario attached to the bag; empty if there is none. The first source.
+        parameters: The recorded parameters of every node, by its full name. The second source.
+        changes: Values by `node.parameter` that replace the recorded ones.
+        any_law: Accept a law whose code is not known here, without its parameters.
+
+    Raises:
+        ScenarioError: there is none, or it cannot be read.
+        ParameterError: a parameter is unknown or out of range.
+    """
+    if text := text or _from_parameters(parameters, [namespace] if namespace else namespaces):
+        return _with_any_law(text, name, namespace) if any_law else parse_scenario(text, name, changes, namespace=namespace)
+    beside = bag.absolute().parent / "params.yaml"
+    if not beside.is_file():
+        raise ScenarioError(
+            f"bag {bag} was recorded without its scenario, and {beside} does not exist: recorder.scenario_file stores it"
+        )
+    text = scenario_text(beside)
+    return parse_scenario(text, beside.stem, changes, f"scenario file {beside}", beside.parent, namespace)
+
+
+def _with_any_law(text: str, name: str, namespace: str | None) -> Scenario:
+    """A scenario for the evaluation of a run, which needs the name of its law but not its code."""
+    values = read_parameters(text, declared(), "the bag's scenario", namespace)
+    controller = values["controller"]
+    law = controller.get("law")
+    if not isinstance(law, str) or law in LAWS:
+        return parse_scenario(text, name, namespace=namespace)
+    # A stand-in that is valid at every rate takes the place of the law, while the other parameters are checked.
+    values["controller"] = {key: value for key, value in controller.items() if not key.startswith(f"{law}.")} | {"law": "pd"}
+    scenario = parse_scenario(dump_parameters(values), name)
+    return replace(scenario, controller=replace(scenario.controller, law=law))
+
+
+def _from_parameters(parameters: Parameters, namespaces: Collection[str]) -> str:
+    """A scenario made of the nodes' own parameters; empty if the parameters of a node are missing."""
+    found: dict[str, Any] = {}
+    for name, values in parameters.items():
+        node = name.rsplit("/", 1)[-1]
+        if node in NODES and name.removesuffix(node) in (*namespaces, "/"):
+            # ROS adds parameters of its own, such as use_sim_time, which a scenario does not have.
+            known = schema.entries(NODES[node])
+            found[node] = {"ros__parameters": {key: value for key, value in values.items() if key in known}}
+    return yaml.safe_dump(found) if found.keys() >= NODES.keys() - {ALLOCATION} else ""
 
 
 class Event(NamedTuple):

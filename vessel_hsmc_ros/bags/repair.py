@@ -6,11 +6,9 @@ from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 
-from vessel_hsmc_ros.bags.crash_safe_file import is_being_written
 from vessel_hsmc_ros.bags.files import bag_files
-from vessel_hsmc_ros.bags.mcap_contents import Contents, read_contents, scan
-from vessel_hsmc_ros.bags.mcap_layout import FIRST_PRIVATE, RECORD_HEADER
-from vessel_hsmc_ros.bags.mcap_writer import ending_of
+from vessel_hsmc_ros.bags.mcap_contents import FIRST_PRIVATE, RECORD_HEADER, Contents, read_contents, scan
+from vessel_hsmc_ros.bags.mcap_writer import ending_of, is_being_written
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, bag_information, metadata, offered_qos, write_metadata
 from vessel_hsmc_ros.bags.writer import RECORDING
 from vessel_hsmc_ros.core.exceptions import BagError
@@ -28,20 +26,14 @@ class Repair:
 
 
 def is_complete(directory: Path) -> bool:
-    """Whether the bag's files were closed and metadata.yaml lists all their messages.
-
-    Raises BagError if the folder holds no bag.
-    """
+    """Whether the bag's files were closed and metadata.yaml lists all their messages."""
     files = bag_files(directory, strict=False)
     found = [read_contents(file) for file in files.present]
     return all(c.complete for c in found) and _metadata_matches(directory, found)
 
 
 def repair(directory: Path) -> Repair:
-    """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed.
-
-    Raises BagError if the folder holds no bag, a file of it has nothing readable, or it is being recorded.
-    """
+    """Restore the missing index and metadata of a bag in place; complete and undamaged files are not changed."""
     files, missing, _ = bag_files(directory, strict=False)
     for file in files:
         if is_being_written(file):

@@ -9,7 +9,7 @@ import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 
 METADATA = "metadata.yaml"
 VERSION = 9  # version of metadata.yaml in Jazzy
@@ -123,8 +123,7 @@ def _span(start: int, end: int) -> dict[str, Any]:
 def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
     """The content of a bag's metadata.yaml; empty where there is none.
 
-    `strict`: whether a metadata.yaml that cannot be parsed is an error; else it counts as missing. Raises BagError if the file
-    cannot be parsed, has a newer version than this package reads, or names a storage other than MCAP.
+    `strict`: whether a metadata.yaml that cannot be parsed is an error; else it counts as missing.
     """
     path = directory / METADATA
     if not path.is_file():

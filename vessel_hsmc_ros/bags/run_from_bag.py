@@ -95,7 +95,7 @@ def run(topics: Topics, vessel: Vessel, weights: bool = True, twist_frame: str =
 
     `topics`: of TOPICS, those that the bag has. `vessel`: the plant's coefficients, which convert the disturbance from forces
     to accelerations. `twist_frame`: frame of the velocities in the odometry: child, or parent, that of the pose. Returns the
-    arrays of the run; its time is zero at the first common stamp. Raises BagError if there is no such stamp.
+    arrays of the run; its time is zero at the first common stamp.
     """
     # Joined by stamp and not by position: topics may lack messages, at the end of a truncated bag for instance.
     odometry = topics["odom"]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from vessel_hsmc_ros.bags.cdr_columns import MessageType
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
@@ -49,7 +49,7 @@ class MessageEncoder:
         self._given = {**texts, **{name: np.zeros(length) for name, length in lengths.items()}}
         message = bytes(self._store.serialize_cdr(self._empty(kind, ""), kind))
         self._template = np.frombuffer(message, np.uint8)
-        self.fields = MessageType(kind, definition).layout(message).fields
+        self.fields = MessageDecoder(kind, kind, definition).layout(message).fields
         self.type_hash: str = self._store.hash_rihs01(kind)
 
     def encode(self, columns: Mapping[str, Array]) -> list[bytes]:
@@ -104,10 +104,7 @@ class Stream:
 
 
 def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
-    """Write the messages of a run in the order of their stamps.
-
-    Raises BagError if the folder exists, or the bag cannot be written, or a message type is not installed.
-    """
+    """Write the messages of a run in the order of their stamps."""
     streams = [_stream(name, *content, scenario) for name, content in contents(published).items()]
     notes = {"mode": "offline", "scenario": scenario.name, "messages_dropped": "0"}
     notes |= {"law_source": source} if (source := law_source(scenario.controller.law)) else {}

@@ -44,9 +44,6 @@ class BagWriter:
         directory: The bag's folder.
         notes: All facts about the recording; may be changed until the bag is closed.
         message_count: Messages written so far.
-
-    Raises:
-        BagError: the folder exists or cannot be created, or its first file cannot be written; then it is removed.
     """
 
     def __init__(

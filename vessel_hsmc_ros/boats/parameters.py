@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import FIXED, HIGHEST, LOWEST, ThrustCurve, ThrusterLayout, thrust_curve
-from vessel_hsmc_ros.scenario.common_parameters import CommonParameters, command_timeout, ramp_time, transform
+from vessel_hsmc_ros.scenario.parameter_groups import CommonParameters, command_timeout, ramp_time, transform
 
 
 @dataclass(frozen=True)

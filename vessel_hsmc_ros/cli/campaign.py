@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from vessel_hsmc_ros.cli.console import LINE_PERIODS, print_line, print_status, progress_bar
+from vessel_hsmc_ros.cli.console import LINE_PERIODS, print_files, print_line, print_status, progress_bar
 from vessel_hsmc_ros.cli.options import file_option, law_file_option
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 
@@ -118,8 +118,7 @@ def report(folder: Path, output: Path | None) -> None:
     words, files = make_report(folder, output)
     for sentence in words:
         print_line(sentence)
-    for kind, path in files.items():
-        print_line(f"{kind}: {path}")
+    print_files(files)
 
 
 campaign.add_command(report)

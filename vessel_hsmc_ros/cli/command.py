@@ -54,6 +54,17 @@ GROUPS = {
 
 VERBS = {name: line for verbs in GROUPS.values() for name, line in verbs.items()}
 
+MODULES = {
+    **dict.fromkeys(("demo", "compare", "sweep"), "comparing"),
+    **dict.fromkeys(("scenarios", "vessels", "parameters"), "listing"),
+    **dict.fromkeys(("report", "replay", "recover"), "recordings"),
+    **dict.fromkeys(("tune", "certify"), "gains"),
+    **dict.fromkeys(("call", "set", "goto", "path"), "sailing"),
+    **dict.fromkeys(("init", "check", "ardupilot"), "boat"),
+    **dict.fromkeys(("manoeuvres", "excite", "identify"), "hull"),
+}
+"""The modules of verbs that share one; each of the others has one of its name."""
+
 BAGS = ("lz4", "mcap", "rosbags", "zstandard")
 PAGES = (*BAGS, "jinja2", "matplotlib", "plotly")
 LIBRARIES = {
@@ -75,7 +86,7 @@ HELP = ["-h", "--help"]
 
 
 class Verbs(click.Group):
-    """The verbs, each the function of a module of its name.
+    """The verbs, each a function of its module.
 
     It is imported when it is called: the libraries of all together take as long to import as a short run.
     """
@@ -88,7 +99,7 @@ class Verbs(click.Group):
         """The verb with this name; None if there is none."""
         if name not in VERBS:
             return None
-        module = importlib.import_module(f"vessel_hsmc_ros.cli.{name}")
+        module = importlib.import_module(f"vessel_hsmc_ros.cli.{MODULES.get(name, name)}")
         verb: click.Command = getattr(module, "set_parameters" if name == "set" else name)
         return verb
 

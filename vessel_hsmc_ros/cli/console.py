@@ -11,10 +11,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.cli.interrupts import INTERRUPTED, INTERRUPTED_LINE
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from rich.console import Console, JustifyMethod
@@ -148,6 +148,23 @@ def _progress_lines(console: Console, title: str, total: float | None, unit: str
             tenths, printed = reached, now
 
     return update
+
+
+def print_files(files: Mapping[str, Path]) -> None:
+    """Print the files that a verb has written, by what they are."""
+    for kind, path in files.items():
+        print_line(f"{kind}: {path}")
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a new file. Raises ScenarioError if it exists, or cannot be written."""
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise ScenarioError(f"{path} exists and is not overwritten: choose another name, or delete it") from None
+    except OSError as error:
+        raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
 
 
 def print_result(result: Result) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_error, print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_error, print_files, print_line, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import law_file_option, load_checked, output_option, parse_changes, set_option, workers_option
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -56,19 +56,14 @@ def forecast(mission: str, scenario: str | None, changes: Sequence[str], output:
     from vessel_hsmc_ros.studies import forecast_page
 
     print_table(*forecast_page.overview(found))
-    for kind, path in forecast_page.write(make_run_folder(output, f"{loaded.name}_forecast").path, found).items():
-        print_line(f"{kind}: {path}")
+    print_files(forecast_page.write(make_run_folder(output, f"{loaded.name}_forecast").path, found))
     for line in forecast_page.verdict(found):
         (print_line if found.succeeds else print_error)(line)
     sys.exit(0 if found.succeeds else NOT_TODAY)
 
 
 def _check_directions(given: dict[str, Any]) -> None:
-    """Refuse a speed without its direction, and a direction without its speed.
-
-    Raises:
-        click.UsageError: one of them is missing.
-    """
+    """Refuse a speed without its direction, and a direction without its speed."""
     for speed, direction in (("wind", "wind-from"), ("current", "current-to")):
         has, towards = given[speed], given[direction.replace("-", "_")]
         if has and towards is None:
@@ -78,12 +73,7 @@ def _check_directions(given: dict[str, Any]) -> None:
 
 
 def _loaded(mission: str, scenario: str | None, changes: dict[str, object]) -> tuple[Scenario, Sequence[Any]]:
-    """The boat with its mission, and the fences of the mission.
-
-    Raises:
-        ParameterError: there is no boat.
-        ScenarioError: a file cannot be read.
-    """
+    """The boat with its mission, and the fences of the mission."""
     path = Path(mission)
     is_yaml = path.suffix in (".yaml", ".yml")
     if scenario is None:
@@ -101,11 +91,7 @@ def _loaded(mission: str, scenario: str | None, changes: dict[str, object]) -> t
 
 
 def _check_way(track: Any, fences: Sequence[Any]) -> None:
-    """Refuse a mission whose planned way leaves its fence.
-
-    Raises:
-        GoalError: it does.
-    """
+    """Refuse a mission whose planned way leaves its fence."""
     if fences:
         from vessel_hsmc_ros.boats.missions.legs import way_leaving_fence
         from vessel_hsmc_ros.cli.mission import require_within
@@ -114,11 +100,7 @@ def _check_way(track: Any, fences: Sequence[Any]) -> None:
 
 
 def _conditions(loaded: Scenario, given: dict[str, Any]) -> Any:
-    """Wind and current as given, else those of the scenario.
-
-    Raises:
-        ParameterError: a value is out of range.
-    """
+    """Wind and current as given, else those of the scenario."""
     from vessel_hsmc_ros.studies.forecast import Conditions, conditions_of
 
     names = {name: given[name] for name in schema.entries(Conditions) if given[name] is not None}

@@ -1,19 +1,35 @@
-"""`vessel-hsmc gains`: the gains of the law of a scenario, the units of those of `guided`, and the margins that they leave."""
+"""The verbs on the gains of a law: `gains` and their margins, `certify` and `tune`."""
 
 import math
+import shlex
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
-from vessel_hsmc_ros.cli.options import json_option, load_checked, parse_changes, print_json, scenario_argument, set_option
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_status, print_table, print_warning, progress_bar
+from vessel_hsmc_ros.cli.options import (
+    json_option,
+    law_file_option,
+    load_checked,
+    parse_changes,
+    print_json,
+    scenario_argument,
+    set_option,
+)
 from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
+from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.studies.certificate import BOX, Case, Limits, Part, at_a_point, case_of, limits_of, under_way
 from vessel_hsmc_ros.studies.margins import Study, shortcomings, study
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.studies.tuning.result import Result
 
 
 @click.command()
@@ -84,3 +100,201 @@ def _margins(found: Study) -> list[list[str]]:
         cells = [gain, phase, quantity(loop.delay, "s"), f"{loop.crossover:.2g} rad/s"]
         rows.append([name, *(cells if loop.stable else ["unstable"] * 4)])
     return rows
+
+
+EXACT = 1e-6
+"""Share of the length below which a bound counts as none."""
+
+
+@click.command()
+@scenario_argument
+@set_option
+@json_option
+def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
+    """Print what holds near the reference for the hierarchical law on the vessel of SCENARIO, whose data may be wrong by 20 %.
+
+    A bound of the position error under way and at rest in the wind, current and noise of the scenario, or the condition that
+    fails; the dead time and the control rate that the law tolerates; and what no law can do with this vessel. docs/theory.md says
+    what is proven.
+    """
+    loaded = load_checked(scenario, parse_changes(changes))
+    case = case_of(loaded)
+    parts = parts_of(case)
+    limits = limits_of(case)
+    if as_json:
+        print_json({**{name: _part_content(part) for name, part in parts.items()}, "limits": limits._asdict()})
+        return
+    title = f"conditions, each above 1, with hull data to {100 * BOX:.0f} %"
+    print_table(["", "condition", "value"], _conditions(parts), title=title, text_columns=2)
+    show(parts, case.known.length)
+    for line in [*_not_covered(loaded), *_in_words(case, limits)]:
+        print_line(line)
+
+
+def parts_of(case: Case) -> dict[str, Part]:
+    """The certificates of the motions that a case has, by name."""
+    return {**({"under way": under_way(case)} if case.speed > 0.0 else {}), "at rest": at_a_point(case)}
+
+
+def show(parts: dict[str, Part], length: float) -> None:
+    """Print a line on each part: its bound, or the condition that fails.
+
+    Args:
+        parts: The parts by name.
+        length: Of the hull, m.
+    """
+    for name, part in parts.items():
+        if part.failed:
+            print_line(f"no certificate of the hierarchical law {name}: {part.failed[0]}")
+            continue
+        exact = part.bound < EXACT * length
+        kept = "leaves no position error" if exact else f"keeps the position within {quantity(part.bound, 'm')}"
+        times = f"time constant at most {quantity(part.settling, 's')}"
+        if part.current_settling > part.settling:
+            times += f", in a turn {quantity(part.current_settling, 's')} of the estimated current"
+        print_line(f"the hierarchical law {name} {kept} in the end; {times}")
+
+
+def _conditions(parts: dict[str, Part]) -> list[list[str]]:
+    """A row for each condition."""
+    return [
+        [name, each.name, f"{each.ratio.low:.3g} to {each.ratio.high:.3g}"]
+        for name, part in parts.items()
+        for each in part.clauses
+    ]
+
+
+def _part_content(part: Part) -> dict[str, Any]:
+    """A part for programs."""
+    clauses = {each.name: {"low": each.ratio.low, "high": each.ratio.high, "holds": each.holds} for each in part.clauses}
+    return {"bound": part.bound, "settling": part.settling, "current_settling": part.current_settling, "conditions": clauses}
+
+
+def _not_covered(scenario: Scenario) -> list[str]:
+    """What acts in the scenario and is not in the bounds."""
+    sim, present = scenario.vessel_sim, []
+    if scenario.controller.observer.enabled:
+        present.append("the noise that the observer leaves")
+    if sim.disturbance.waves.significant_height:
+        present.append("the waves")
+    if not math.isinf(min(sim.actuators.surge_force_rate, sim.actuators.yaw_moment_rate)) or sim.actuators.kind == "thrusters":
+        present.append("the rates of the actuators")
+    return [f"the bounds do not cover {' and '.join(present)}"] if present else []
+
+
+def _in_words(case: Case, limits: Limits) -> list[str]:
+    """What the law tolerates, and what no law can do."""
+    used, lines = max(each.lag + each.dead_time for each in case.lags), [f"lowest control rate: {quantity(limits.rate, 'Hz')}"]
+    if not math.isnan(limits.dead_time):
+        most = quantity(used + limits.dead_time, "s")
+        lines.append(f"largest lag and dead time together: {most}, of which the actuators use {quantity(used, 's')}")
+    if case.speed:
+        lines += [
+            f"tightest turn at {quantity(case.speed, 'm/s')}: a radius of {quantity(limits.turn, 'm')}",
+            f"no law keeps a leg at this speed in a current across of more than {quantity(limits.current, 'm/s')}",
+        ]
+    if limits.circle:
+        circle = quantity(limits.circle, "m")
+        lines.append(f"no law at rest stays within a radius of {circle} under the sway force that is fixed to the hull")
+    return lines
+
+
+@click.command()
+@click.argument("source", metavar="SCENARIO|SUITE|CAMPAIGN")
+@click.option("--law", help="The law to tune [default: that of the scenario].")
+@click.option(
+    "--gain",
+    "gains",
+    multiple=True,
+    required=True,
+    metavar="NAME[=LOW:HIGH[:log]]",
+    help="A gain, such as controller.guided.position_gain=0.05:0.5:log; without a range, a decade around its present value. An"
+    " asterisk stands for any part of the name. May be given several times.",
+)
+@click.option("--trials", type=click.IntRange(min=1), default=100, show_default=True, help="Number of trials.")
+@click.option(
+    "--metric", default="position_error_rms_last_quarter", show_default=True, help="Metric of the cost, as in run.json."
+)
+@click.option(
+    "--second-metric",
+    help="Metric of the effort, such as yaw_moment_rms, which is minimised too: the result is a front of trade-offs.",
+)
+@click.option(
+    "--aggregate",
+    type=click.Choice(["geometric_mean", "worst"]),
+    default="geometric_mean",
+    show_default=True,
+    help="How the metrics of several runs become one cost.",
+)
+@click.option("--held-out", metavar="SCENARIO|SUITE|CAMPAIGN", help="Runs to evaluate the result on [default: other seeds].")
+@click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the search.")
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    help="Number of parallel runs [default: one per core for 100 runs or more a trial, else 1].",
+)
+@set_option
+@law_file_option
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder of the tuning; one that exists is continued [default: a new one in runs].",
+)
+def tune(
+    source: str,
+    law: str | None,
+    gains: Sequence[str],
+    trials: int,
+    held_out: str | None,
+    seed: int,
+    workers: int | None,
+    changes: Sequence[str],
+    output: Path | None,
+    **objective: Any,
+) -> None:
+    """Search the gains of a law with the smallest cost over a scenario, the rows of a suite or the draws of a campaign.
+
+    All trials use the same runs with the same noise. The command writes the gains as a parameters file (best.yaml), a page,
+    pictures and a table of all trials. The same command with the same --output continues after an interruption, or with more
+    --trials.
+    """
+    # Imported here: Optuna takes half a second, which the other verbs need not spend.
+    from vessel_hsmc_ros.studies.tuning.files import write
+    from vessel_hsmc_ros.studies.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases, parse_gains
+    from vessel_hsmc_ros.studies.tuning.result import tune as run_tuning
+
+    given = parse_changes(changes)
+    runs = load_cases(source, given | ({} if law is None else {LAW: law}))
+    law = law_of(runs)
+    tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
+    unseen = held_out_cases(source if held_out is None else held_out, given, law, others=held_out is not None)
+    folder = _folder(output, f"{Path(source).stem}_{law}_tune")
+    again = "the same command" if output else f"the same command with --output {shlex.quote(str(folder))}"
+    print_status(f"folder: {folder}; after an interruption {again} continues the search")
+    with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
+        result = run_tuning(tuning, folder, trials, unseen, lambda done, best: update(done, note=best))
+    _print(result)
+    print_files(write(folder, result))
+
+
+def _folder(output: Path | None, name: str) -> Path:
+    """The folder of a tuning: the given one, which may exist, or a new one."""
+    if output is None:
+        check_writable(Path("runs"))
+        return make_run_folder(Path("runs"), name).path
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"folder {output} cannot be made: {error.strerror}") from None
+    check_writable(output)
+    return output
+
+
+def _print(result: "Result") -> None:
+    """Print present and tuned gains, and what the change is worth."""
+    from vessel_hsmc_ros.studies.tuning.files import GAINS_HEAD, gains_table
+    from vessel_hsmc_ros.studies.tuning.result import verdict
+
+    print_table(GAINS_HEAD, gains_table(result))
+    for line in verdict(result):
+        print_line(line)

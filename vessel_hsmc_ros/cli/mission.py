@@ -28,7 +28,7 @@ from vessel_hsmc_ros.boats.missions.legs import (
     way_leaving_fence,
 )
 from vessel_hsmc_ros.boats.missions.mission import Mission, Pair, Refused
-from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning
+from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning, write_new
 from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
@@ -101,11 +101,7 @@ def mission(file: Path, **given: Any) -> None:
 
 
 def _check_options(given: dict[str, Any]) -> None:
-    """Refuse options that exclude each other.
-
-    Raises:
-        click.UsageError: they do.
-    """
+    """Refuse options that exclude each other."""
     if not given["send"]:
         refuse_without("--send", "namespace", "detach")
     if not given["swath"]:
@@ -118,11 +114,7 @@ def _check_options(given: dict[str, Any]) -> None:
 
 
 def _whole(found: Placed, given: dict[str, Any]) -> Mission:
-    """The legs to sail, shown and checked.
-
-    Raises:
-        GoalError: an item is refused.
-    """
+    """The legs to sail, shown and checked."""
     whole, first = found.mission, 1
     if legs := f"{_completed(given['resume'], found) + 1}-" if given["resume"] else given["legs"]:
         whole = part_of(whole, legs)
@@ -141,12 +133,7 @@ def _whole(found: Placed, given: dict[str, Any]) -> Mission:
 
 
 def sailed_mission(file: Path) -> tuple[dict[str, object], Mission]:
-    """The parameters of the reference ship that sail the mission of a file, and the mission; refused as the verb does.
-
-    Raises:
-        GoalError: an item is refused, or it leaves its own fence.
-        ScenarioError: the file cannot be read, or has no waypoint.
-    """
+    """The parameters of the reference ship that sail the mission of a file, and the mission; refused as the verb does."""
     whole = _placed(file, {"datum": None, "route": None, "send": False}).mission
     if not whole.points:
         raise ScenarioError(f"{file} must have a waypoint (got none)")
@@ -167,12 +154,7 @@ def _placed(file: Path, given: dict[str, Any]) -> Placed:
 
 
 def _datum_of_vessel(namespace: str, datum: Pair | None, file: Path) -> Pair:
-    """The datum of a running vessel's odometry, or the given one where no node states it.
-
-    Raises:
-        ParameterError: the given one is another one, or there is none.
-        RunError: the vessel is not found, or has no datum yet.
-    """
+    """The datum of a running vessel's odometry, or the given one where no node states it."""
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import stated_datum
 
@@ -186,13 +168,7 @@ def _datum_of_vessel(namespace: str, datum: Pair | None, file: Path) -> Pair:
 
 
 def _completed(bag: Path, found: Placed) -> int:
-    """How many legs a recorded vessel has completed.
-
-    Raises:
-        BagError: the bag cannot be read.
-        ParameterError: its odometry has another datum.
-        ScenarioError: it has completed all of them.
-    """
+    """How many legs a recorded vessel has completed."""
     from vessel_hsmc_ros.bags.reader import open_bag
     from vessel_hsmc_ros.report.from_bag import of_vessel
     from vessel_hsmc_ros.report.record import hull_length
@@ -210,11 +186,7 @@ def _completed(bag: Path, found: Placed) -> int:
 
 
 def _require_datum(own: Sequence[float] | None, datum: Pair, where: str) -> None:
-    """Refuse a datum that is not that of the odometry, where that has one of its own.
-
-    Raises:
-        ParameterError: it is not.
-    """
+    """Refuse a datum that is not that of the odometry, where that has one of its own."""
     if own and not same(own, datum):
         raise ParameterError(f"--datum must be that of {where}, {own[0]},{own[1]} (got {datum[0]},{datum[1]})")
 
@@ -246,11 +218,7 @@ def _show_file(whole: Mission, found: Placed) -> None:
 
 
 def require_within(leaving: Sequence[Refused]) -> None:
-    """Refuse a mission that leaves its own fence, also where items that are refused are skipped.
-
-    Raises:
-        GoalError: it does.
-    """
+    """Refuse a mission that leaves its own fence, also where items that are refused are skipped."""
     for item in leaving:
         print_warning(f"refused: {item}")
     if leaving:
@@ -258,11 +226,7 @@ def require_within(leaving: Sequence[Refused]) -> None:
 
 
 def _report(whole: Mission, skip: bool) -> None:
-    """Name what is refused.
-
-    Raises:
-        GoalError: something is, and is not to be skipped.
-    """
+    """Name what is refused."""
     for item in whole.refused:
         print_warning(f"refused: {item}")
     if whole.refused and not skip:
@@ -273,14 +237,7 @@ def _report(whole: Mission, skip: bool) -> None:
 
 
 def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
-    """Plan the mission with a vessel, which shows what it cannot sail.
-
-    Returns:
-        A duration of a run, s: the time that the mission takes, and a tenth of it.
-
-    Raises:
-        GoalError: the planned way leaves the fence of the mission.
-    """
+    """Plan the mission with a vessel, which shows what it cannot sail."""
     from vessel_hsmc_ros.guidance.factory import make_reference
 
     changes = {f"reference_ship.{key}": value for key, value in values.items()}
@@ -293,32 +250,17 @@ def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
 
 
 def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> None:
-    """Write the parameters of the reference ship, and the fence for it and the controller.
-
-    Raises:
-        ParameterError: the fence has a polygon that is none.
-        ScenarioError: the file exists, or cannot be written.
-    """
+    """Write the parameters of the reference ship, and the fence for it and the controller."""
     datum = f", datum {found.datum[0]:.9f},{found.datum[1]:.9f}" if found.datum else ""
     fence = fence_of_mission(found.mission)
     sections = {**fence, "reference_ship": {**values, **fence.get("reference_ship", {})}}
     head = f"# The mission {file.name.encode('ascii', 'replace').decode()}{datum}: parameters for --set @FILE.\n"
-    try:
-        with into.open("x", encoding="utf-8") as stream:
-            stream.write("".join(c if c.isprintable() or c == "\n" else "?" for c in head))
-            stream.write(dump_parameters(sections))
-    except FileExistsError:
-        raise ScenarioError(f"{into} exists and is not overwritten: choose another name, or delete it") from None
-    except OSError as error:
-        raise ScenarioError(f"{into} cannot be written: {error.strerror}") from None
+    head = "".join(c if c.isprintable() or c == "\n" else "?" for c in head)
+    write_new(into, head + dump_parameters(sections))
 
 
 def _send(whole: Mission, namespace: str, detach: bool) -> None:
-    """Send the positions to a running vessel, and wait for the end unless the command is detached from it.
-
-    Raises:
-        RunError: it takes no path, refuses this one, or does not come to its end.
-    """
+    """Send the positions to a running vessel, and wait for the end unless the command is detached from it."""
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import sail_along, send_path
 

@@ -16,8 +16,8 @@ from click.shell_completion import CompletionItem
 from vessel_hsmc_ros.cli.console import print_error, print_line, print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
+from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes, scenario_names
 from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario
 from vessel_hsmc_ros.simulation import compilation

@@ -1,15 +1,24 @@
-"""What the verbs that send a vessel somewhere have in common: the progress of the goal, and its end."""
+"""The verbs that act on a running vessel: `call`, `set`, `goto` and `path`."""
 
-from collections.abc import Callable
+import csv
+import math
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import yaml
 
 from vessel_hsmc_ros.cli.console import print_line, progress_bar
-from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.cli.options import parse_changes, running_vessel, vessel_option
+from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
+from vessel_hsmc_ros.core.quantities import number_of
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.nodes.remote import Progress, Result
+
 
 detach_option = click.option("--detach", is_flag=True, help="Only send it, as a message, and do not wait for the end.")
 
@@ -17,8 +26,7 @@ detach_option = click.option("--detach", is_flag=True, help="Only send it, as a 
 def show_until_end(sail: Callable[[Callable[["Progress"], None]], "Result"]) -> None:
     """Show the progress of a goal until its end.
 
-    `sail`: sends the goal, calls what it is given with each progress, and returns the result. Raises RunError if the vessel does
-    not reach it.
+    `sail`: sends the goal, calls what it is given with each progress, and returns the result.
     """
     farthest = 0.0
     with progress_bar("sailing", 100.0, "%") as update:
@@ -34,3 +42,216 @@ def show_until_end(sail: Callable[[Callable[["Progress"], None]], "Result"]) -> 
     if not result.reached:
         raise RunError(result.text)
     print_line(result.text)
+
+
+SWITCHES = {
+    "pause": (("vessel_sim", "reference_ship"), "pause", True),
+    "resume": (("vessel_sim", "reference_ship"), "pause", False),
+    "hold": (("reference_ship",), "hold", True),
+    "release": (("reference_ship",), "hold", False),
+    "enable": (("controller",), "enable", True),
+    "disable": (("controller",), "enable", False),
+}
+"""Nodes, service and flag of each action that switches something."""
+
+TRIGGERS = {
+    "reset": ("vessel_sim", "reference_ship", "controller"),
+    "stop": ("controller",),
+    "rearm": ("controller",),
+}
+"""Nodes of each action that triggers something, whose service has the same name."""
+
+
+@click.command()
+@click.argument("action", type=click.Choice([*SWITCHES, *TRIGGERS]))
+@vessel_option
+def call(action: str, namespace: str) -> None:
+    """Pause, resume, hold, release, reset, enable, disable, stop or rearm a running vessel.
+
+    \b
+    pause     pause ship and reference; in real time the clock goes on
+    resume    let ship and reference go on after a pause
+    hold      let the vessel come to rest on its way and keep station
+    release   let it sail its way on after a hold
+    reset     put ship and reference back to their start, and reset the law
+    disable   put the controller into standby: it commands zero until `enable`
+              (the run goes on; Ctrl-C in its terminal ends it)
+    stop      command zero at once, in any state, and stay stopped until `rearm`
+    rearm     end the stop: the controller is in standby, and `enable` starts it
+    enable    let the controller command, if its inputs are complete
+    """  # noqa: D301 - \b keeps click from wrapping the list
+    with running_vessel(namespace) as remote:
+        from std_srvs.srv import SetBool, Trigger
+
+        from vessel_hsmc_ros.nodes.remote import Service
+
+        if action in TRIGGERS:
+            services, request = [Service(node, action, Trigger) for node in TRIGGERS[action]], Trigger.Request()
+        else:
+            nodes, name, flag = SWITCHES[action]
+            services, request = [Service(node, name, SetBool) for node in nodes], SetBool.Request(data=flag)
+        for service, client in zip(services, remote.connect(services), strict=True):
+            response = remote.call(client, request)
+            if not response.success:
+                raise RunError(f"{service.node}: {response.message}")
+            print_line(f"{service.node}: {response.message}")
+
+
+@click.command("set")
+@click.argument("changes", nargs=-1, required=True, metavar="NODE.PARAM=VALUE...")
+@vessel_option
+def set_parameters(changes: tuple[str, ...], namespace: str) -> None:
+    """Change parameters of a running vessel, such as controller.guided.position_gain=0.5.
+
+    All changes are checked before the first is made; those of one node are made together.
+    """
+    values = parse_changes(changes, "set")
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import change_parameters
+
+        for change in change_parameters(remote, values):
+            print_line(f"{change.name}: {change.old} -> {change.new}")
+
+
+# Without this setting a negative coordinate would be taken for an option.
+@click.command(context_settings={"ignore_unknown_options": True})
+@click.argument("x", type=float)
+@click.argument("y", type=float)
+@click.argument("heading", type=float, required=False)
+@click.option("--heading-deg", type=float, help="The heading in degrees, instead of HEADING.")
+@detach_option
+@vessel_option
+def goto(x: float, y: float, heading: float | None, heading_deg: float | None, detach: bool, namespace: str) -> None:
+    """Send a running vessel to the position X, Y, in metres, and wait until it is there.
+
+    HEADING is in radians, counter-clockwise from x. Without it and without --heading-deg the vessel arrives in the direction
+    from its present reference to the goal. The reference ship must take goals: start it by `vessel-hsmc run goal --real-time`,
+    or in any scenario with reference_ship.mode=goal or path. The exit code is 0 only where the vessel is there. Ctrl-C cancels:
+    the vessel comes to rest and keeps station.
+    """
+    if heading is not None and heading_deg is not None:
+        raise click.UsageError("give the heading either as HEADING, in radians, or as --heading-deg")
+    if heading_deg is not None:
+        heading = math.radians(heading_deg)
+    given = [x, y] if heading is None else [x, y, heading]
+    if not all(map(math.isfinite, given)):
+        raise ParameterError(f"goal must be finite numbers (got {' '.join(f'{value:g}' for value in given)})")
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import sail_to, send_goal
+
+        if detach:
+            print_line(send_goal(remote, x, y, heading))
+        else:
+            show_until_end(lambda show: sail_to(remote, x, y, heading, show))
+
+
+Waypoint = tuple[float, float, float]  # x, y, heading
+
+
+COLUMNS = ("x", "y", "z", "heading")  # names of the columns; x and y are needed
+FORM = "x and y, and perhaps z and heading, in metres and radians in the frame of the odometry"
+
+
+def read_waypoints(path: Path) -> list[Waypoint]:
+    """Read waypoints from a file; those without a heading have the heading 0.
+
+    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start
+    with # are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`.
+    """
+    try:
+        text = read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
+    rows = _yaml_rows(text, path) if path.suffix in (".yaml", ".yml") else _csv_rows(text, path)
+    try:
+        points = [_waypoint(row, f"path file {path}, {place}") for place, row in rows]
+    except csv.Error as error:  # a field of more than a hundred thousand characters, for instance
+        raise ScenarioError(f"path file {path} cannot be read: {error}") from None
+    if not points:
+        raise ScenarioError(f"path file {path} has no waypoint: each row must be x,y")
+    return points
+
+
+def _csv_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
+    """The rows with their places; of named columns x, y and heading, where there is one."""
+    names: list[str] | None = None
+    for number, row in enumerate(csv.reader(text.splitlines(), skipinitialspace=True), 1):
+        if not row or row[0].startswith("#"):
+            continue
+        if names is None:
+            names = [] if any(map(_is_number, row)) else _names(row, f"path file {path}, line {number}")
+            if names:
+                continue
+        yield f"line {number}", _ordered(row, names, f"path file {path}, line {number}") if names else row
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell is a number, of any script; also nan and inf, which no waypoint has."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _names(row: Sequence[str], place: str) -> list[str]:
+    """The names of the columns."""
+    names = [cell.strip() for cell in row]
+    if not {"x", "y"} <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
+        raise ScenarioError(f"{place}: columns must be {FORM} (got {', '.join(names)})")
+    return names
+
+
+def _ordered(row: Sequence[str], names: Sequence[str], place: str) -> list[str]:
+    if len(row) != len(names):
+        raise ScenarioError(f"{place} must be {len(names)} numbers, {','.join(names)} (got {','.join(row)})")
+    cells = dict(zip(names, row, strict=True))
+    return [cells[name] for name in ("x", "y", "heading") if name in cells]
+
+
+def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
+    try:
+        content = read_yaml(text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
+    if isinstance(content, dict):
+        content = content.get("waypoints")
+    # Of a list of six numbers it is not known whether they are three pairs, or two waypoints with a heading.
+    if not isinstance(content, list) or (content and not any(isinstance(row, list) for row in content)):
+        raise ScenarioError(f"path file {path} has no list of waypoints: it must be [[x, y], [x, y], ...]")
+    for number, row in enumerate(content, 1):
+        yield f"waypoint {number}", row if isinstance(row, list) else [row]
+
+
+def _waypoint(row: Sequence[Any], place: str) -> Waypoint:
+    try:
+        numbers = [number_of(str(cell)) for cell in row]
+    except (TypeError, ValueError, OverflowError):
+        numbers = []
+    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
+        raise ScenarioError(f"{place} must be x,y or x,y,heading, finite numbers (got {','.join(map(str, row))})")
+    x, y, *heading = numbers
+    return x, y, heading[0] if heading else 0.0
+
+
+@click.command()
+@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
+@detach_option
+@vessel_option
+def path(file: Path, detach: bool, namespace: str) -> None:
+    """Send a running vessel along the waypoints in FILE, a CSV or YAML file with x and y of each in metres, and wait for the end.
+
+    The reference ship must take paths: start it by `vessel-hsmc run waypoints --real-time`, or in any scenario with
+    reference_ship.mode=path. A heading is accepted but not used: the ship follows the legs between the
+    waypoints. A CSV file may begin with a row of names: x, y, z and heading, in any order; other columns, such as a latitude,
+    are refused. The exit code is 0 only where the vessel has come to the end. Ctrl-C cancels: the vessel comes to rest on its
+    way and keeps station.
+    """
+    points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
+
+        if detach:
+            print_line(send_path(remote, points))
+        else:
+            show_until_end(lambda show: sail_along(remote, points, show))

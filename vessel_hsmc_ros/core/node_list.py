@@ -37,20 +37,20 @@ WATCHERS = {
         "vessel_hsmc_ros.nodes.fault_relay",
         "FaultRelayNode",
         "fault_relay_node",
-        parameters="vessel_hsmc_ros.scenario.watcher_parameters:FaultRelayParameters",
+        parameters="vessel_hsmc_ros.scenario.parameter_groups:FaultRelayParameters",
     ),
     "live": NodeProgram(
         "vessel_hsmc_ros.nodes.live",
         "LiveNode",
         "live_node",
         ("foxglove",),
-        parameters="vessel_hsmc_ros.scenario.watcher_parameters:LiveParameters",
+        parameters="vessel_hsmc_ros.scenario.parameter_groups:LiveParameters",
     ),
     "markers": NodeProgram(
         "vessel_hsmc_ros.nodes.markers",
         "MarkerNode",
         "marker_node",
-        parameters="vessel_hsmc_ros.scenario.watcher_parameters:MarkerParameters",
+        parameters="vessel_hsmc_ros.scenario.parameter_groups:MarkerParameters",
     ),
     "watchdog": NodeProgram(
         "vessel_hsmc_ros.boats.watchdog",

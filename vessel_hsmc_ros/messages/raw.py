@@ -13,10 +13,7 @@ _STAMPED = ("std_msgs/Header", "builtin_interfaces/Time")
 
 
 def message_class(kind: str) -> Any:
-    """The class of a type such as `nav_msgs/msg/Odometry`.
-
-    Raises ImportError if the package is not installed; AttributeError if the package has no such message.
-    """
+    """The class of a type such as `nav_msgs/msg/Odometry`."""
     package, _, name = kind.split("/")
     return getattr(import_module(f"{package}.msg"), name)
 
@@ -75,8 +72,7 @@ def _changed(old: Any, change: str, value: Any) -> Any:
 def check_field(kind: str, field: str, owner: str) -> None:
     """Check that a message type has a field that is a floating-point number.
 
-    `kind`: a type such as `nav_msgs/msg/Odometry`. `owner`: name of the setting, for the error message. Raises ParameterError
-    if it has no such field.
+    `kind`: a type such as `nav_msgs/msg/Odometry`. `owner`: name of the setting, for the error message.
     """
     value = message_class(kind)()
     try:

@@ -69,10 +69,7 @@ _FIELD = re.compile(r"^\s*([A-Za-z][\w/]*)(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w
 
 
 def definition(kind: str) -> str:
-    """The definition of a type such as `nav_msgs/msg/Odometry`, followed by each type that it uses, once and depth first.
-
-    Raises BagError if a type is not installed.
-    """
+    """The definition of a type such as `nav_msgs/msg/Odometry`, followed by each type that it uses, once and depth first."""
     package, _, name = kind.split("/")
     seen = [f"{package}/{name}"]
     parts = [_text(package, name)]

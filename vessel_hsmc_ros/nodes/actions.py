@@ -29,11 +29,10 @@ from vessel_hsmc_ros.guidance.factory import half_length
 from vessel_hsmc_ros.guidance.tasks import Code, Done, Goal, Limits, Order, Output, Progress, Report, Sail, Sight, Tasks
 from vessel_hsmc_ros.guidance.waypoints import NONE, Point
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.conversions import time_message
-from vessel_hsmc_ros.messages.goals import read_goal, read_path
+from vessel_hsmc_ros.messages.conversions import read_goal, read_path, time_message
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes.vessel_sight import VesselSight
-from vessel_hsmc_ros.scenario.action_parameters import OWNER
+from vessel_hsmc_ros.scenario.parameter_groups import OWNER
 
 MAX_WAYPOINTS = 20_000  # of one goal, with its loops
 

@@ -26,7 +26,7 @@ from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, ta
 from vessel_hsmc_ros.nodes.qos import Compatibility
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, RecentProblem, Reporter, summarised
 from vessel_hsmc_ros.nodes.scheduling import claim
-from vessel_hsmc_ros.scenario.common_parameters import RealTimeParameters
+from vessel_hsmc_ros.scenario.parameter_groups import RealTimeParameters
 from vessel_hsmc_ros.scenario.parameters_file import missed_sections
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions, raw
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.scenario.common_parameters import BlackBoxParameters
+from vessel_hsmc_ros.scenario.parameter_groups import BlackBoxParameters
 from vessel_hsmc_ros.scenario.parameters_file import tree
 
 MEMORY = 32 * 1024 * 1024  # limit of the messages kept, bytes: a controller at 100 Hz needs 7 MB for 30 s

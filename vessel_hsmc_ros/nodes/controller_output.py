@@ -40,8 +40,8 @@ from vessel_hsmc_ros.nodes.reporting import (
     counted,
     saturation,
 )
-from vessel_hsmc_ros.scenario.common_parameters import DiagnosticsParameters
 from vessel_hsmc_ros.scenario.control import make_control_loop
+from vessel_hsmc_ros.scenario.parameter_groups import DiagnosticsParameters
 
 SPAN = 5.0  # time over which the scatter of the control period is evaluated, s
 CONDITION_LIMIT = 1e12  # condition of the correlation matrix of the observer above which its numbers lose their meaning

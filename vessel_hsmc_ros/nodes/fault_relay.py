@@ -28,7 +28,7 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, VesselNode
 from vessel_hsmc_ros.nodes.executor import DirectExecutor
 from vessel_hsmc_ros.scenario.fault_script import parse_script
-from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
+from vessel_hsmc_ros.scenario.parameter_groups import FaultRelayParameters
 
 if TYPE_CHECKING:
     from rclpy.publisher import Publisher

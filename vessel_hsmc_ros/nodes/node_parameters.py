@@ -15,11 +15,11 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
-from vessel_hsmc_ros.scenario.ineffective import ineffective, not_in_use
 from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters
+from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
 from vessel_hsmc_ros.scenario.vessels import with_vessel
+from vessel_hsmc_ros.scenario.warnings import ineffective, not_in_use
 
 RESEMBLANCE = 0.8
 """From this similarity on, by difflib, an unknown name in a section for any node is a misspelt one of this node."""

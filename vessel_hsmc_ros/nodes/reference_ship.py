@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import make_held_reference
 from vessel_hsmc_ros.guidance.waypoints import Point
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.goals import path_event, read_goal, read_path
+from vessel_hsmc_ros.messages.conversions import path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.scenario.common_parameters import RealTimeParameters
+    from vessel_hsmc_ros.scenario.parameter_groups import RealTimeParameters
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2  # flags of mlockall
 

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.scenario.action_parameters import ActionParameters
+from vessel_hsmc_ros.scenario.parameter_groups import ActionParameters
 
 OLD = 1.0  # age from which on odometry does not count, s
 REASONS = {int(reason): reason for reason in Reason}

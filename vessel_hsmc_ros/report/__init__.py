@@ -7,15 +7,14 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.core.hull import Hull
     from vessel_hsmc_ros.report.from_bag import of_bag, of_fleet
     from vessel_hsmc_ros.report.page import write
-    from vessel_hsmc_ros.report.record import ORIGIN, Record
+    from vessel_hsmc_ros.report.record import ORIGIN, Record, analyse
     from vessel_hsmc_ros.report.tables import rows
-    from vessel_hsmc_ros.report.verdict import analyse
 
 __all__ = ["ORIGIN", "Hull", "Record", "analyse", "of_bag", "of_fleet", "rows", "write"]
 
 _SOURCES = {
     **{"Hull": "core.hull", "ORIGIN": "report.record", "Record": "report.record", "of_bag": "report.from_bag"},
-    **{"of_fleet": "report.from_bag", "rows": "report.tables", "analyse": "report.verdict", "write": "report.page"},
+    **{"of_fleet": "report.from_bag", "rows": "report.tables", "analyse": "report.record", "write": "report.page"},
 }
 
 

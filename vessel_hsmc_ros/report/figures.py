@@ -15,11 +15,27 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, fences, overlays, plans, tracks
+from vessel_hsmc_ros.report.diagrams import LIMIT, NEUTRAL, PLANNED, PLOT, SHIP, line_colour, page_colour
 from vessel_hsmc_ros.report.page_kit import writing
-from vessel_hsmc_ros.report.panels import DESIRED, JITTER, MAIN, MEASURED, OTHER, THIRD, Line, buckets, thin, thin_time
+from vessel_hsmc_ros.report.panels import (
+    DESIRED,
+    JITTER,
+    MAIN,
+    MEASURED,
+    OTHER,
+    REFERENCE,
+    THIRD,
+    Line,
+    Overlay,
+    buckets,
+    fences,
+    overlays,
+    plans,
+    thin,
+    thin_time,
+    tracks,
+)
 from vessel_hsmc_ros.report.record import Limit, Mark, Record, control_intervals
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, PLANNED, PLOT, SHIP, line_colour, page_colour
 
 mpl.use("Agg")  # files only: no display is needed
 
@@ -32,7 +48,7 @@ Array = NDArray[np.float64]
 def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[Path]:
     """Draw the track and one figure for each group of panels.
 
-    `records`: at least one run. `directory`: created if it does not exist. Raises ReportError if a file cannot be written.
+    `records`: at least one run. `directory`: created if it does not exist.
     """
     groups: dict[str, list[Overlay]] = {}
     for overlay in overlays(records):

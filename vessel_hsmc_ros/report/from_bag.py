@@ -14,10 +14,9 @@ from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.core.exceptions import BagWarning, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.run_data import Run, held
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, stretches_of
-from vessel_hsmc_ros.messages.goals import path_event
+from vessel_hsmc_ros.messages.conversions import path_event
 from vessel_hsmc_ros.preflight.from_bag import faults_in
-from vessel_hsmc_ros.report.record import Mark, Record, control_intervals, has_legs, planned
-from vessel_hsmc_ros.report.verdict import analyse
+from vessel_hsmc_ros.report.record import Mark, Record, analyse, control_intervals, has_legs, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -98,10 +98,7 @@ class WrittenFiles:
 
 
 def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
-    """Read bags, or the bags of run folders, and write their page and the requested figures and tables.
-
-    Raises BagError if a bag cannot be read or has no odometry; ReportError if a file cannot be written, or pyarrow is missing.
-    """
+    """Read bags, or the bags of run folders, and write their page and the requested figures and tables."""
     bags = [bag_path(bag) for bag in bags]
     chosen = options.page or page_of(bags)
     check_writable(chosen.parent)
@@ -115,10 +112,7 @@ def _ships(records: Sequence[Record]) -> list[str]:
 
 
 def write(records: Sequence[Record], options: Options) -> WrittenFiles:
-    """Write the page of some records, and the requested figures and tables.
-
-    Raises ReportError if a file cannot be written, or pyarrow is missing.
-    """
+    """Write the page of some records, and the requested figures and tables."""
     files = {"page": options.page or Path(PAGE)}
     # WrittenFiles beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
     prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
@@ -138,10 +132,7 @@ def write(records: Sequence[Record], options: Options) -> WrittenFiles:
 
 
 def read(bags: Sequence[Path], namespace: str | None = None, odometry: str = "", wrench: str = "") -> list[Record]:
-    """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover.
-
-    Raises BagError if a bag cannot be read or has no odometry.
-    """
+    """Read the records of bags, labelled by what distinguishes them, with metrics over the interval that all of them cover."""
     records: list[Record] = []
     for path in bags:
         bag = open_bag(path, odometry, wrench)
@@ -177,10 +168,7 @@ def tables(run: Run) -> dict[str, Table]:
 
 
 def write_csv(run: Run, directory: Path) -> list[Path]:
-    """Write `motion.csv` and `control.csv`; every number reads back bit-identical.
-
-    Raises ReportError if a file cannot be written.
-    """
+    """Write `motion.csv` and `control.csv`; every number reads back bit-identical."""
 
     def write(table: Table, path: Path) -> None:
         # Flags as 0 and 1: True and False are not numbers to most programs that read CSV.
@@ -195,10 +183,7 @@ def write_csv(run: Run, directory: Path) -> list[Path]:
 
 
 def write_parquet(run: Run, directory: Path) -> list[Path]:
-    """Write `motion.parquet` and `control.parquet`.
-
-    Raises ReportError if pyarrow is not installed, or a file cannot be written.
-    """
+    """Write `motion.parquet` and `control.parquet`."""
     try:
         import pyarrow
         from pyarrow import parquet

@@ -9,12 +9,24 @@ import numpy as np
 from vessel_hsmc_ros.core.hull import Hull, described
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.report import page_kit
+from vessel_hsmc_ros.report.diagrams import SERIES, line_colour, run_colour
 from vessel_hsmc_ros.report.figures import jitter_picture
-from vessel_hsmc_ros.report.overlay import REFERENCE, Overlay, Plan, Stops, Track, fences, overlays, plans, stops, tracks
 from vessel_hsmc_ros.report.page_kit import Payload
-from vessel_hsmc_ros.report.panels import DESIRED, MAIN
+from vessel_hsmc_ros.report.panels import (
+    DESIRED,
+    MAIN,
+    REFERENCE,
+    Overlay,
+    Plan,
+    Stops,
+    Track,
+    fences,
+    overlays,
+    plans,
+    stops,
+    tracks,
+)
 from vessel_hsmc_ros.report.record import Record, leg_rows
-from vessel_hsmc_ros.report.style import SERIES, line_colour, run_colour
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table
 
 SCRIPTS = (

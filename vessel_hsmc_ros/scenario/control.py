@@ -44,7 +44,6 @@ def make_control_loop(
     """Make the control loop of a controller.
 
     `supervised`: whether guard and monitors act; by default in real time, and in lockstep where the parameters choose it.
-    Raises ParameterError as `make_law`.
     """
     if supervised is None:
         supervised = not parameters.lockstep or may_intervene(parameters)

@@ -1,6 +1,7 @@
 """Fault scripts: YAML text to faults, and back."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -8,17 +9,12 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.faults import KINDS, Fault, FaultScript, check_settings
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
 from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line
-
-MOST_FAULTS = 1000  # faults of a script at most
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 
 
 def parse_script(text: str, source: str) -> FaultScript:
-    """Make a script from its text.
-
-    Raises ScenarioError if the text is not a fault script; ParameterError if a setting is unknown, missing or out of range.
-    """
+    """Make a script from its text."""
     try:
         document = read_yaml(text)
     except yaml.YAMLError as error:
@@ -33,11 +29,19 @@ def parse_script(text: str, source: str) -> FaultScript:
     return FaultScript(_faults(document[FAULTS], source), seed)
 
 
+def load_script(path: Path) -> FaultScript:
+    """Read a fault script."""
+    try:
+        text = read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"fault script {path} cannot be read: {in_one_line(error)}") from None
+    return parse_script(text, f"fault script {path}")
+
+
 def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
     """The script in the section `faults` of a scenario; None if it has none.
 
-    `seed`: the seed of the scenario, which is that of the faults too. Raises ScenarioError if the section is not a list of
-    faults; ParameterError if a setting is unknown, missing or out of range.
+    `seed`: the seed of the scenario, which is that of the faults too.
     """
     document = read_yaml(text)
     if not isinstance(document, dict) or FAULTS not in document:
@@ -48,8 +52,6 @@ def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
 def _faults(listed: object, source: str) -> tuple[Fault, ...]:
     if not isinstance(listed, list):
         raise ScenarioError(f"{source} is not a fault script: faults must be a list")
-    if len(listed) > MOST_FAULTS:
-        raise ScenarioError(f"{source} must have at most {MOST_FAULTS} faults (got {len(listed)})")
     return tuple(_fault(entry, f"faults[{index}]", source) for index, entry in enumerate(listed))
 
 

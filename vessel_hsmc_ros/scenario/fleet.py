@@ -45,8 +45,7 @@ def make_fleet(base: Scenario, count: int, namespace: str = NAMESPACE, spacing: 
     """Place vessels side by side: vessel i starts (i - 1)·spacing further in y, and its reference with it.
 
     Each has the scenario's seed plus i - 1, so that noise differs between the vessels. `namespace`: the vessels have the
-    namespaces `<namespace>_1`, `<namespace>_2` and so on. Raises ParameterError if the number is out of range, or a vessel
-    would start outside the allowed positions.
+    namespaces `<namespace>_1`, `<namespace>_2` and so on.
     """
     if not 1 <= count <= MAX_VESSELS:
         raise ParameterError(f"--vessels must be 1 to {MAX_VESSELS} (got {count})")

@@ -51,10 +51,7 @@ def loaded_law_files() -> list[Path]:
 
 
 def load_named_files(arguments: Iterable[str]) -> list[str]:
-    """Load the files of every `--law-file FILE` among the arguments of a node, and return the other arguments.
-
-    Raises ParameterError if an option has no file, or a file is wrong.
-    """
+    """Load the files of every `--law-file FILE` among the arguments of a node, and return the other arguments."""
     remaining, others = iter(arguments), []
     for argument in remaining:
         option, _, file = argument.partition("=")

@@ -115,9 +115,8 @@ LOW_SWAY_DAMPING = """
 def scenario_text(name: str, data: MainData, layout: ThrusterLayout | None = None) -> str:
     """Write the scenario of a ship of which the main data are known.
 
-    `layout`: its thrusters, which then drive it; their forces are its limits where the data have none. Returns a commented ROS
-    parameters file: hull, calm water or wind, a circle as reference, and the guided law. Raises ParameterError if the ship is
-    too extreme for the ranges of hull data.
+    `layout`: its thrusters, which then drive it; their forces are its limits where the data have none. Returns a commented
+    ROS parameters file: hull, calm water or wind, a circle as reference, and the guided law.
     """
     if layout is not None:
         force, moment = layout.limits()
@@ -145,11 +144,10 @@ def scenario_for(
 ) -> str:
     """Write the scenario of a ship whose hull data are known, such as one of the library or an identified one.
 
-    `values`: its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used. `vessel`: the
-    name of the vessel in the library, or the path of its file, to which the scenario refers. `changes`: single hull data of the
-    scenario that differ from the vessel's, by their names. `around`: all of it but its main data counts.
-    Returns a commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided
-    law. Raises ParameterError if a value is out of range, a limit of the propulsion is missing, or no circle is feasible.
+    `values`: its hull data by their dotted names in a scenario, `vessel.surge_inertia`; other names are not used. `vessel`:
+    the name of the vessel in the library, or the path of its file, to which the scenario refers. `changes`: single hull data
+    of the scenario that differ from the vessel's, by their names. `around`: all of it but its main data counts. Returns a
+    commented ROS parameters file: reference to the hull, calm water or wind, a circle as reference, and the guided law.
     """
     data = "\n".join(f"# {line}" for line in OF_A_VESSEL.format(vessel=vessel).splitlines())
     changes = {**changes, **{key.removeprefix(VESSEL): value for key, value in _further(around).items()}}
@@ -160,10 +158,7 @@ def scenario_for(
 
 
 def ship_of(values: Mapping[str, object]) -> ShipParameters:
-    """The ship of hull data by their dotted names in a scenario, such as `vessel.length`; other names are not used.
-
-    Raises ParameterError if a value is out of range.
-    """
+    """The ship of hull data by their dotted names in a scenario, such as `vessel.length`; other names are not used."""
     own = {name.removeprefix(VESSEL): value for name, value in values.items() if name.startswith(VESSEL)}
     known = schema.entries(ShipParameters)
     # Damping that is left out is zero, not that of the paper's ship.
@@ -218,8 +213,7 @@ def _filled(
 def thruster_layout(texts: Sequence[str], length: float) -> ThrusterLayout:
     """The fixed thrusters of a boat, each as `x,y,ahead,astern`: its place, m, and its largest thrusts, N.
 
-    `length`: of the boat, m, within which they are. Raises ParameterError if one is not four numbers in their ranges, or
-    together they cannot turn the boat.
+    `length`: of the boat, m, within which they are.
     """
     rows = [_thruster(text, length) for text in texts]
     sides = ["port" if y > 0.0 else "starboard" for _, y, *_ in rows]
@@ -332,10 +326,7 @@ class NewSurvey(NamedTuple):
 
 
 def survey_of(text: str) -> NewSurvey:
-    """Read a survey, `legs,length,spacing,speed`.
-
-    Raises ParameterError if it is not four numbers, or the first is not a whole one.
-    """
+    """Read a survey, `legs,length,spacing,speed`."""
     try:
         legs, *others = map(number_of, text.split(","))
         if legs.is_integer() and len(others) == 3:
@@ -348,8 +339,7 @@ def survey_of(text: str) -> NewSurvey:
 def with_survey(text: str, survey: NewSurvey) -> str:
     """A scenario that `own_ship` has written, with a survey for its reference.
 
-    Returns the scenario; its duration is the planned time of the survey and a tenth of it. Raises ParameterError if a value is
-    out of range, or the ship cannot sail the survey; the message states what would do.
+    Returns the scenario; its duration is the planned time of the survey and a tenth of it.
     """
     names = dict(zip(("legs", "leg_length", "spacing", "speed"), survey, strict=True))
     try:

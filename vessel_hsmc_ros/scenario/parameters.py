@@ -18,8 +18,9 @@ from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters
 from vessel_hsmc_ros.plant.simulator import PlantParameters
-from vessel_hsmc_ros.scenario.action_parameters import OWNER, ActionParameters
-from vessel_hsmc_ros.scenario.common_parameters import (
+from vessel_hsmc_ros.scenario.parameter_groups import (
+    OWNER,
+    ActionParameters,
     BlackBoxParameters,
     ClockParameters,
     CommonParameters,
@@ -29,9 +30,9 @@ from vessel_hsmc_ros.scenario.common_parameters import (
     transform,
     world_frames,
 )
-from vessel_hsmc_ros.scenario.watcher_parameters import LiveParameters as LiveParameters
-from vessel_hsmc_ros.scenario.watcher_parameters import MarkerParameters as MarkerParameters
-from vessel_hsmc_ros.scenario.watcher_parameters import RecorderParameters as RecorderParameters
+from vessel_hsmc_ros.scenario.parameter_groups import LiveParameters as LiveParameters
+from vessel_hsmc_ros.scenario.parameter_groups import MarkerParameters as MarkerParameters
+from vessel_hsmc_ros.scenario.parameter_groups import RecorderParameters as RecorderParameters
 
 
 @dataclass(frozen=True)
@@ -229,10 +230,7 @@ def vessel_names() -> list[str]:
 
 
 def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
-    """The values with `vessel.name` for its short form `vessel`.
-
-    Raises ParameterError if both forms are given, with different names.
-    """
+    """The values with `vessel.name` for its short form `vessel`."""
     if "vessel" not in values:
         return dict(values)
     name = values["vessel"]
@@ -242,10 +240,7 @@ def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
 
 
 def without_foreign_hull_data(values: Mapping[str, object], declared: Collection[str]) -> dict[str, object]:
-    """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes.
-
-    Raises ParameterError if no node declares hull data of such a name.
-    """
+    """The values without hull data that only other nodes declare, so that one section `vessel` serves all nodes."""
     foreign = [name for name in values if name.startswith(VESSEL) and name not in declared]
     if foreign:
         names = vessel_names()

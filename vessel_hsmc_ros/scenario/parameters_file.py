@@ -17,8 +17,8 @@ from typing import Any
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times as fast, where PyYAML is built with libyaml
 USE_SIM_TIME = "use_sim_time"  # a parameter that every ROS node has; it is not one of a scenario
@@ -32,9 +32,7 @@ def read_parameters(
 
     As in ROS, sections further down override those above, and `/**` stands for all nodes. There the hull data below `vessel.`
     may be given once for all: each node takes those that it declares. `nodes`: the names of the nodes, in whatever namespace,
-    with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out. Raises
-    ScenarioError if the text is not a ROS parameters file, or has a section for another node; ParameterError if no node has
-    hull data of such a name.
+    with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out.
     """
     try:
         document = read_yaml(text)
@@ -144,10 +142,7 @@ class Section:
 
 
 def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
-    """The parameters that a command line gives to a node, by dotted names.
-
-    Raises ParameterError if a file or a value cannot be read.
-    """
+    """The parameters that a command line gives to a node, by dotted names."""
     found: dict[str, Given] = {}
     for option, rule in rules(arguments):
         if option in PARAMETER:
@@ -164,10 +159,7 @@ def given_parameters(arguments: Sequence[str], node: str) -> dict[str, Given]:
 
 
 def missed_sections(arguments: Sequence[str], node: str) -> str:
-    """That the files of a command line are for other nodes only; empty if a section names the node, or none names one.
-
-    Raises ParameterError if a file cannot be read.
-    """
+    """That the files of a command line are for other nodes only; empty if a section names the node, or none names one."""
     named = [each for option, file in rules(arguments) if option in FILE for each in sections(file) if each.named]
     if not named or any(section.reaches(node) for section in named):
         return ""
@@ -210,9 +202,8 @@ def _read(text: str, place: str) -> Any:
 def check_rules(arguments: Sequence[str], name: str, namespace: str) -> None:
     """Check that each rule with a node's name is one of this node.
 
-    In a rule of a parameter the name stands for the node in the root namespace, and no namespace can be written before it; in a
-    rule of a topic or service it stands for the node in every namespace. Raises ParameterError if a rule names another node;
-    the message has the rule that would reach this one.
+    In a rule of a parameter the name stands for the node in the root namespace, and no namespace can be written before it; in
+    a rule of a topic or service it stands for the node in every namespace.
     """
     full = f"{namespace.rstrip('/')}/{name}"
     for option, rule in rules(arguments):

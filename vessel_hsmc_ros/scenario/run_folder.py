@@ -13,8 +13,8 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import __version__
-from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.law_file import law_provenance
+from vessel_hsmc_ros.scenario.ros_yaml import read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 
@@ -71,10 +71,7 @@ class RunFolder:
         return content if isinstance(content, dict) else {}
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Write run.json, with null for a number that is not finite; an older one stays if that fails.
-
-        Raises RunError if it cannot be written.
-        """
+        """Write run.json, with null for a number that is not finite; an older one stays if that fails."""
         finite = json.loads(json.dumps(summary), parse_constant=lambda _: None)  # JSON has no infinity
         _write(self.summary, json.dumps(finite, indent=2) + "\n")
 
@@ -91,10 +88,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def check_writable(folder: Path) -> None:
-    """Check that files can be written into a folder, which need not exist, before something is computed for it.
-
-    Raises RunError if the operating system refuses, for instance because the file system is read-only or full.
-    """
+    """Check that files can be written into a folder, which need not exist, before something is computed for it."""
     existing = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
     try:  # the permissions are not sufficient: the file system may be read-only, and root may write anywhere else
         with tempfile.NamedTemporaryFile(dir=existing) as file:
@@ -110,10 +104,7 @@ def file_name(name: str) -> str:
 
 
 def make_run_folder(parent: Path, name: str) -> RunFolder:
-    """Create the folder `<parent>/<time>_<name>`, in UTC, numbered if several runs start within a second.
-
-    Raises RunError if the folder cannot be created.
-    """
+    """Create the folder `<parent>/<time>_<name>`, in UTC, numbered if several runs start within a second."""
     now = datetime.datetime.now(tz=datetime.timezone.utc)
     stem = f"{now:%Y%m%dT%H%M%S}_{file_name(name)}"
     for attempt in range(1000):
@@ -179,7 +170,6 @@ def write_summary(
     """Write run.json.
 
     `origin`: provenance of the run, with the time of its start. `failure`: what failed, in one line; empty if nothing did.
-    Raises RunError if it cannot be written.
     """
     duration = (_now() - datetime.datetime.fromisoformat(origin["started"])).total_seconds()
     folder.write_summary({**origin, "duration": duration, "exit_code": exit_code, "failure": failure, **measured})

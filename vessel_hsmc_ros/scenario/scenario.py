@@ -14,11 +14,13 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.fence import allowed, fence_of
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.faults import FaultScript
+from vessel_hsmc_ros.faults import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.guidance.factory import check_within, make_reference
+from vessel_hsmc_ros.messages.raw import check_field
+from vessel_hsmc_ros.messages.topics import message_type
 from vessel_hsmc_ros.plant.hull_check import check_hull
-from vessel_hsmc_ros.scenario.bounded_text import read_text
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
@@ -33,6 +35,7 @@ from vessel_hsmc_ros.scenario.parameters import (
     without_foreign_hull_data,
 )
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters
+from vessel_hsmc_ros.scenario.ros_yaml import read_text
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 
@@ -109,11 +112,7 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
 
 
 def read_changes(path: Path) -> dict[str, object]:
-    """Read a ROS parameters file as changes by `node.parameter`, which `load_scenario` applies to a scenario.
-
-    Raises ScenarioError if the file cannot be read, or is not a ROS parameters file; ParameterError if no node has hull data of
-    such a name.
-    """
+    """Read a ROS parameters file as changes by `node.parameter`, which `load_scenario` applies to a scenario."""
     values = _read_values(_read(path, "parameters file"), f"parameters file {path}", path.parent)
     return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
 
@@ -142,9 +141,8 @@ def parse_scenario(
 ) -> Scenario:
     """Make a scenario from the text of a ROS parameters file.
 
-    `changes`: values by `node.parameter`, or `vessel.parameter` for all nodes. `folder`: where the path of a vessel file in the
-    text starts. `namespace`: of the vessel, where the text has sections for several. Raises ScenarioError if the text is not a
-    parameters file, or its rates do not fit each other; ParameterError if a parameter is unknown or out of range.
+    `changes`: values by `node.parameter`, or `vessel.parameter` for all nodes. `folder`: where the path of a vessel file in
+    the text starts. `namespace`: of the vessel, where the text has sections for several.
     """
     values = _read_values(text, source, folder, namespace)
     changed = {node: of_node for node, of_node in by_node(changes or {}).items() if of_node}
@@ -173,8 +171,7 @@ def _place(message: str, text: str, source: str, in_file: Collection[str]) -> st
 def by_node(changes: Mapping[str, object]) -> dict[str, dict[str, object]]:
     """Sort values by `node.parameter`, or `vessel.parameter` for every node that declares it, by node and parameter.
 
-    The values of a vessel by name come with it. Raises ParameterError if there is no such node, or no node has hull data of
-    such a name; ScenarioError if a vessel by name cannot be read.
+    The values of a vessel by name come with it.
     """
     values: dict[str, dict[str, object]] = {node: {} for node in NODES}
     for key, value in in_long_form(changes).items():
@@ -201,8 +198,7 @@ def full_names(values: Mapping[str, Mapping[str, object]]) -> frozenset[str]:
 def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
     """The scenario, once what single parameters cannot show is validated: rates, stability at the rate, lengths of lists.
 
-    `changed`: the nodes whose parameters have not been validated together yet. Raises ScenarioError if its rates do not fit
-    each other; ParameterError if parameters do not fit each other.
+    `changed`: the nodes whose parameters have not been validated together yet.
     """
     check_rates(scenario)
     check_thrusters(scenario)
@@ -223,10 +219,7 @@ def _validated(scenario: Scenario, changed: Collection[str]) -> Scenario:
 
 
 def check_fence(scenario: Scenario) -> None:
-    """Check that the vessel begins inside of the controller's fence, and that the reference keeps to it.
-
-    Raises ParameterError if one of them does not.
-    """
+    """Check that the vessel begins inside of the controller's fence, and that the reference keeps to it."""
     fence = fence_of(scenario.controller.safety.fence, "controller.safety.fence")
     if fence is None:
         return
@@ -237,10 +230,7 @@ def check_fence(scenario: Scenario) -> None:
 
 
 def check_rates(scenario: Scenario) -> None:
-    """Check that in lockstep every control period coincides with an odometry and a reference message.
-
-    Raises ScenarioError if a message rate is not an integer multiple of the control rate.
-    """
+    """Check that in lockstep every control period coincides with an odometry and a reference message."""
     if not scenario.controller.lockstep:
         return
     # In lockstep a control period may only begin at an instant for which both messages exist.
@@ -266,10 +256,7 @@ def check_thrusters(scenario: Scenario) -> None:
 
 
 def check_late_odometry(scenario: Scenario) -> None:
-    """Check that a lockstep run that rides through missing inputs has odometry of the present step.
-
-    Raises ScenarioError if its odometry is late, so that a missing one looks like one that is on its way.
-    """
+    """Check that a lockstep run that rides through missing inputs has odometry of the present step."""
     sim, controller = scenario.vessel_sim, scenario.controller
     if controller.lockstep and sim.sensors.delay > 0.0 and (controller.ride_through or scenario.faults):
         raise ScenarioError(
@@ -278,11 +265,29 @@ def check_late_odometry(scenario: Scenario) -> None:
         )
 
 
-def check_following(scenario: Scenario) -> None:
-    """Check that a reference that follows the vessel has odometry, in lockstep that of the step before.
+def relayed_topics(scenario: Scenario) -> tuple[str, ...]:
+    """The topics that pass through the relay in a scenario."""
+    demands = tuple(topic for topic, *_ in scenario.vessel_sim.vessel.thrusters.topics() if scenario.vessel_sim.by_thrusters)
+    return (*TOPICS, *demands)
 
-    Raises ScenarioError if it has none, or it is late or of a fleet in lockstep.
-    """
+
+def check_script(script: FaultScript, scenario: Scenario) -> None:
+    """Check that every fault can be carried out in a scenario."""
+    check_late_odometry(replace(scenario, faults=script))
+    topics, nodes = relayed_topics(scenario), taking_part(scenario.vessel_sim.by_thrusters)
+    duration = scenario.vessel_sim.duration
+    for index, fault in enumerate(script.faults):
+        owner = f"faults[{index}]"
+        check_target(fault, topics, nodes, owner)
+        check_mode(fault, scenario.controller.lockstep, owner)
+        if fault.field:
+            check_field(message_type(fault.topic), fault.field, f"{owner}.field")
+        if duration and fault.at > duration:
+            raise ParameterError(f"{owner}.at must be at most {duration:g} s, the end of the run (got {fault.at:g} s)")
+
+
+def check_following(scenario: Scenario) -> None:
+    """Check that a reference that follows the vessel has odometry, in lockstep that of the step before."""
     sim, controller = scenario.vessel_sim, scenario.controller
     if scenario.reference_ship.follow != "vessel":
         return
@@ -313,10 +318,7 @@ def for_nodes(recorded: bool, real_time: bool, namespace: str = "") -> dict[str,
 
 
 def make_law(parameters: ControllerParameters) -> Law[Any]:
-    """Make the law that the parameters of a controller select.
-
-    Raises ParameterError if a gain is unstable at the controller's rate, or the code of the law fails.
-    """
+    """Make the law that the parameters of a controller select."""
     vessel = parameters.vessel.as_controlled()
     return construct(parameters.law, getattr(parameters, parameters.law), vessel, 1.0 / parameters.rate_hz)
 

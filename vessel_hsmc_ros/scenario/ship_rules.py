@@ -96,10 +96,7 @@ def _steady(load: float, linear: float, quadratic: float, cubic: float) -> float
 
 
 def circle_for(ship: ShipParameters, scale: Scale) -> Circle:
-    """A circle that a ship follows with a reserve: 5·L at U/3, wider or slower where that takes too much.
-
-    Raises ParameterError if no circle of a hundred lengths and more is feasible for this hull.
-    """
+    """A circle that a ship follows with a reserve: 5·L at U/3, wider or slower where that takes too much."""
 
     def rise_time(speed: float) -> float:
         return max(speed * scale.m11 / (0.25 * scale.F), 10.0)
@@ -118,7 +115,7 @@ def feasible_turn(
     """The turn of a curve that a ship follows with a reserve: as tight and fast as wanted, or wider or slower.
 
     `curve`: makes the curve of a radius, m. `size`: radius and speed wanted, m and m/s. `rise_time`: duration of the start up
-    to a speed, s. Raises ParameterError if no such curve is feasible for this hull.
+    to a speed, s.
     """
     (radius, speed), vessel = size, ship.coefficients()
     for _ in range(ADJUSTMENTS):

@@ -41,9 +41,9 @@ from vessel_hsmc_ros.core.metrics import position_error, rms, summarise
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 
@@ -99,8 +99,7 @@ def judge(row: Row, run: Run, track: PlannedTrack | None = None) -> Verdict:
 def load_suite(name: str | Path) -> tuple[Row, ...]:
     """Read the rows of a suite.
 
-    `name`: a suite of the package, such as `guided`, or the path of a YAML file. Raises ScenarioError if the suite is unknown,
-    unreadable or malformed.
+    `name`: a suite of the package, such as `guided`, or the path of a YAML file.
     """
     path = _find(name)
     try:
@@ -163,8 +162,7 @@ class SuiteShip(NamedTuple):
 def ship_of(name: str, data: Any, where: str) -> SuiteShip:
     """The ship of main data.
 
-    `data`: main data by their names, those of `vessel-hsmc init`. Raises ScenarioError if the data are no numbers by name;
-    ParameterError if a datum is unknown or out of range.
+    `data`: main data by their names, those of `vessel-hsmc init`.
     """
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise ScenarioError(f"{where}: ship {name} must be main data such as {{length: 5.0}} (got {data})")
@@ -188,8 +186,7 @@ def _ship(name: str, data: MainData) -> SuiteShip:
 def in_numbers(value: Any, units: Mapping[str, float], where: str) -> Any:
     """A value whose number or numbers may be in a unit of a ship, such as `{L: 0.02}`.
 
-    `units`: those of the ship; empty where there is none. Raises ScenarioError if there is no such unit, or it is not one of
-    numbers.
+    `units`: those of the ship; empty where there is none.
     """
     if not isinstance(value, dict):
         return value

@@ -17,11 +17,11 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.making import Options, read
 from vessel_hsmc_ros.report.making import write as write_report
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.record import bounds, planned
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import metrics_table
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, file_name, provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario

@@ -12,8 +12,8 @@ import numpy as np
 
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.guidance.planned_track import ComplexArray, outline
+from vessel_hsmc_ros.report.diagrams import INK, LIMIT, NEUTRAL, PLANNED, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.report.style import INK, LIMIT, NEUTRAL, PLANNED, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.studies.forecast import QUANTILES, Conditions, Forecast, band, summary
 

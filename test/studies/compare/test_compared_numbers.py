@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.nodes.runs.processes import spread
-from vessel_hsmc_ros.report import Record, style
+from vessel_hsmc_ros.report import Record, diagrams
 from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.making import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
@@ -308,7 +308,7 @@ def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures
     assert lines["los_pid"][:2] == [[0.1, 0.2], [1.0, 2.0]]
     assert [x for x, _ in lines["los_pid failed"]] == [10.0]
     colours = {str(line.get_label()): line.get_color() for line in panel.lines}
-    assert colours == {"guided": style.SERIES[0], "los_pid": style.SERIES[1], "los_pid failed": style.SERIES[1]}
+    assert colours == {"guided": diagrams.SERIES[0], "los_pid": diagrams.SERIES[1], "los_pid failed": diagrams.SERIES[1]}
 
 
 @pytest.mark.parametrize(

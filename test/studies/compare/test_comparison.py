@@ -13,7 +13,7 @@ from rich.console import Console
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.cli.compare import coloured
+from vessel_hsmc_ros.cli.comparing import coloured
 from vessel_hsmc_ros.cli.console import print_table
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError

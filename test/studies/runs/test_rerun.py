@@ -10,7 +10,7 @@ from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter
-from vessel_hsmc_ros.cli.replay import replay
+from vessel_hsmc_ros.cli.recordings import replay
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.metrics import Metrics, evaluate
 from vessel_hsmc_ros.core.quantities import quantity

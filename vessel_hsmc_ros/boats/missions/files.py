@@ -28,7 +28,6 @@ from vessel_hsmc_ros.boats.missions.mission import (
     with_stops,
 )
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TEXT, read_bytes
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
 PLACES = {
@@ -290,7 +289,7 @@ def read_mission(path: Path, route: str | None = None) -> Mission:
     """Read a mission."""
     source = Source(f"mission file {path}")
     try:
-        content = read_bytes(path, LARGEST_TEXT)
+        content = path.read_bytes()
     except OSError as error:
         raise ScenarioError(f"{source.title} cannot be read: {in_one_line(error)}") from None
     start = content[:200].lstrip(b"\xef\xbb\xbf \t\r\n")

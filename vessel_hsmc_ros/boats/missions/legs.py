@@ -23,7 +23,7 @@ from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
 from vessel_hsmc_ros.guidance.tasks import Progress
-from vessel_hsmc_ros.messages.goals import FARTHEST
+from vessel_hsmc_ros.messages.conversions import FARTHEST
 
 NULL_ISLAND = 1e-6
 """Latitude and longitude, degrees, that are both smaller are those of a receiver without a fix, or of an empty field."""

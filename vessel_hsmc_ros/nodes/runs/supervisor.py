@@ -27,11 +27,10 @@ from vessel_hsmc_ros.nodes.ros_environment import loopback_down
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, alone, spread
 from vessel_hsmc_ros.nodes.status_listener import StatusListener
 from vessel_hsmc_ros.scenario.fault_script import dump_script
-from vessel_hsmc_ros.scenario.faults import relayed_topics
+from vessel_hsmc_ros.scenario.parameter_groups import FaultRelayParameters
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.scenario.watcher_parameters import FaultRelayParameters
+from vessel_hsmc_ros.scenario.scenario import Scenario, relayed_topics
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
 from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
 from vessel_hsmc_ros.studies.campaign.distributions import METHODS, Drawn, Grid, make_drawn, noise_seed, point
 from vessel_hsmc_ros.studies.campaign.ship_expansion import resolved

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, spans
-from vessel_hsmc_ros.report.style import run_colour
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, run_colour, spans
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short

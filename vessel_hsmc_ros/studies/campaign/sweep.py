@@ -14,11 +14,10 @@ import yaml
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.report.diagrams import spans
+from vessel_hsmc_ros.report.diagrams import LIMIT, SERIES, figure, spans
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.report.style import LIMIT, SERIES, figure
 from vessel_hsmc_ros.report.tables import label, text
-from vessel_hsmc_ros.scenario.bounded_text import read_yaml
+from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled

@@ -25,7 +25,6 @@ from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Role, Topic
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
 from vessel_hsmc_ros.preflight.samples import clocks_differ, set_back, unusable
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs
-from vessel_hsmc_ros.scenario.bounded_text import LARGEST_TABLE, read_bytes
 from vessel_hsmc_ros.studies.identification.types import Measurements
 from vessel_hsmc_ros.studies.identification.windows import require_rate
 
@@ -204,7 +203,7 @@ def _table(path: Path) -> dict[str, Array]:
     numbers = array("d")  # eight bytes for each number, where a list of lists would take sixty
     try:
         # Decoded line by line: as a text of four bytes for each character the largest file would take all memory.
-        content = io.BytesIO(read_bytes(path, LARGEST_TABLE))
+        content = io.BytesIO(path.read_bytes())
         rows = (row for row in csv.reader(_lines(io.TextIOWrapper(content, "utf-8-sig", newline=""))) if row)
         header = [name.strip() for name in next(rows, [])]
         for number, row in enumerate(rows, 1):

@@ -20,8 +20,8 @@ from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections
-from vessel_hsmc_ros.report.style import INK, NEUTRAL, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.scenario.parameters_file import tree
 from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction
 from vessel_hsmc_ros.studies.identification.windows import predict

@@ -28,7 +28,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, Scenar
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster, ThrusterLayout
 from vessel_hsmc_ros.plant.dynamics import damping_force
 from vessel_hsmc_ros.report.record import limits
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 from vessel_hsmc_ros.simulation.offline import simulate

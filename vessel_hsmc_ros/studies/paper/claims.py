@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.scenario.bounded_text import read_text, read_yaml
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
 from vessel_hsmc_ros.studies.paper.cases import LAWS, of_law
 
 NAN = float("nan")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vessel_hsmc_ros.report.diagrams import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
-from vessel_hsmc_ros.report.style import LIMIT, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.tables import METRICS, label, text
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.run_folder import provenance

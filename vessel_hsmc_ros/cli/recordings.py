@@ -1,33 +1,66 @@
-"""`vessel-hsmc replay`: publish a bag, recompute its commands, or rerun its scenario with changed parameters."""
+"""The verbs that read recordings: `report`, `replay` and `recover`."""
 
 from __future__ import annotations
 
 import signal
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 from rich.console import Console
 
-from vessel_hsmc_ros.cli.console import print_line, print_table
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_metrics, print_table
 from vessel_hsmc_ros.cli.options import (
     bag_argument,
+    file_option,
     interpreted_option,
     law_file_option,
     namespace_option,
     output_option,
     parse_changes,
     refuse_without,
+    topic_options,
 )
-from vessel_hsmc_ros.core.exceptions import RunError
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import BagError, RunError
+from vessel_hsmc_ros.core.hull import DrawnHull
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.nodes.ros_environment import check_ros
 
 if TYPE_CHECKING:  # what reads bags takes a while to import
-    from pathlib import Path
-
     from vessel_hsmc_ros.bags.reader import Bag
     from vessel_hsmc_ros.studies.runs.verification import Verification
+
+
+@click.command()
+@click.argument("bags", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@file_option("Path of the page [default: report.html in the run folder].")
+@click.option("--title", help="Title of the page.")
+@namespace_option
+@topic_options
+@click.option("--figures", type=click.Choice(["png", "svg"]), help="Also save the figures, in figures/ beside the page.")
+@click.option("--csv", is_flag=True, help="Also export all signals as CSV, into csv/ beside the page.")
+@click.option("--parquet", is_flag=True, help="Also export all signals as Parquet, if pyarrow is installed.")
+@click.option("--hull-length", type=float, help="Length of the drawn hull, m [default: of the recorded ship].")
+@click.option("--hull-beam", type=float, help="Beam of the drawn hull, m [default: of the recorded ship].")
+def report(
+    bags: tuple[Path, ...], hull_length: float | None, hull_beam: float | None, output: Path | None, **options: Any
+) -> None:
+    """Make a page with diagrams from recordings: run folders or bags.
+
+    It shows the vessel on its track beside its reference, linked diagrams of all signals, metrics, parameters and versions.
+    Several bags are overlaid, with a table of the differences from the first. The page of a bag outside a run folder is
+    NAME_report.html beside it.
+    """
+    from vessel_hsmc_ros.report import rows  # imports the report's libraries
+    from vessel_hsmc_ros.report.making import Options, make
+
+    hull = schema.build(DrawnHull, {"length": hull_length or 0.0, "beam": hull_beam or 0.0}, "hull")
+    made = make(bags, Options(page=output, hull=hull, **options))
+    print_metrics([(record.name if len(made.records) > 1 else "", rows(record.metrics, record.facts)) for record in made.records])
+    print_files(made.files)
+
 
 AXES = (("surge force", "N"), ("yaw moment", "N·m"))
 
@@ -156,3 +189,29 @@ def _publish(bag: Bag, rate: float, loop: bool, paused: bool, topics: tuple[str,
         node.destroy_node()
     finally:
         rclpy.shutdown(uninstall_handlers=False)
+
+
+@click.command()
+@bag_argument
+def recover(bag: Path) -> None:
+    """Repair a recording that was cut off or damaged.
+
+    BAG is a run folder or the bag in it. It is repaired in place: index and metadata are restored, damaged parts are omitted.
+    A complete and undamaged bag is left unchanged.
+    """
+    from vessel_hsmc_ros.bags.files import bag_path  # imports the MCAP library
+    from vessel_hsmc_ros.bags.repair import repair
+
+    bag = bag_path(bag)
+    if not bag.is_dir():
+        raise BagError(f"{bag} is not a bag folder")
+    done = repair(bag)
+    if not done.files and not done.described:
+        click.echo(f"{bag} is complete: {done.messages} messages")
+        return
+    repairs = [f"{done.files} of its files completed" if done.files else "metadata.yaml rewritten"]
+    if done.cut:
+        repairs.append(f"{done.cut} bytes of an incomplete end removed")
+    if done.damaged:
+        repairs.append(f"{done.damaged} damaged parts omitted")
+    click.echo(f"{bag}: {done.messages} messages can be read; {', '.join(repairs)}")

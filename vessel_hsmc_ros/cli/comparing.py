@@ -1,5 +1,6 @@
-"""`vessel-hsmc compare`: all laws on all given scenarios, or on a suite with limits."""
+"""The verbs that compare simulated runs: `demo`, `compare` and `sweep`."""
 
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import count
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_result, print_table, progress_bar
 from vessel_hsmc_ros.cli.options import (
     interpreted_option,
     law_file_option,
@@ -17,6 +18,7 @@ from vessel_hsmc_ros.cli.options import (
     parse_changes,
     rate_option,
     refuse_without,
+    scenario_argument,
     set_option,
     workers_option,
 )
@@ -29,6 +31,40 @@ from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.studies.comparison import LawRun
+    from vessel_hsmc_ros.studies.runs.scenario_run import Result
+
+
+@click.command()
+@output_option
+def demo(output: Path) -> None:
+    """Show three control laws on one example, side by side.
+
+    A ship follows a circle under a disturbance (case 2 of the paper) with the paper's law, repaired, with it as printed,
+    and with the law guided. The command prints a table of the runs and writes a page that overlays them. Each run keeps a
+    folder of its own with its recording. Two run at the same time where there are two cores. This takes a minute or two.
+    """
+    from vessel_hsmc_ros.studies.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags, run_laws
+
+    check_writable(output)
+    with progress_bar(f"running {SCENARIO} with the laws {', '.join(LAWS)}", len(LAWS) * DURATION) as update:
+        parent = run_laws(output, update, _end_if_failed)
+    with progress_bar("comparing the runs", None):  # outside of the lock: another run may start meanwhile
+        from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
+
+        found = compare_bags([parent.path / law / "bag" for law in LAWS], parent.report)
+    head = ["", *(record.name for record in found.records)]
+    print_table(head, [(row.label, *map(row.text, range(len(LAWS)))) for row in metrics_table(found.records)])
+    for note in found.conclusions:
+        print_line(note)
+    print_files(found.files)
+
+
+def _end_if_failed(result: "Result") -> None:
+    """End the command with the exit code of a run that has failed."""
+    if result.exit_code:
+        print_result(result)
+        sys.exit(result.exit_code)
+
 
 MAX_DETAILED_ROWS = 3  # largest number of rows that are printed in a table each; more are printed in one overview
 
@@ -105,8 +141,7 @@ def compare_runs(runs: Sequence[Path], output: Path) -> None:
     bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
     done = compare_bags(bags, make_run_folder(output, "compare"))
     print_table(done.head, done.table)
-    for kind, path in done.files.items():
-        print_line(f"{kind}: {path}")
+    print_files(done.files)
 
 
 def chosen(laws: str | None) -> list[str]:
@@ -145,3 +180,65 @@ def coloured(cells: Sequence[str]) -> list[str]:
     colours = {"miss": "red", "hit": "green"}
     words = [cell.rsplit(" ", 1)[-1] for cell in cells]
     return [f"[{colours[word]}]{cell}[/]" if word in colours else cell for cell, word in zip(cells, words, strict=True)]
+
+
+DEFAULT_METRICS = ("position_error_rms_last_quarter", "yaw_moment_rms")
+
+MAX_TABLE_ROWS = 60  # largest number of runs that are printed in a table; those of a larger sweep are in its page and its files
+
+
+@click.command()
+@scenario_argument
+@click.argument("parameters", nargs=-1, required=True, metavar="NODE.PARAM=VALUES...")
+@click.option("--laws", help="Laws to repeat the sweep with, separated by commas [default: that of the scenario].")
+@click.option(
+    "--metric",
+    "metrics",
+    multiple=True,
+    default=DEFAULT_METRICS,
+    show_default=True,
+    help="Metric to draw, as in run.json; may be given several times.",
+)
+@workers_option
+@set_option
+@interpreted_option
+@law_file_option
+@output_option
+def sweep(
+    scenario: str,
+    parameters: Sequence[str],
+    laws: str | None,
+    metrics: Sequence[str],
+    workers: int | None,
+    changes: Sequence[str],
+    output: Path,
+) -> None:
+    """Simulate SCENARIO for each value of one parameter, or for each pair of values of two.
+
+    VALUES are start:stop:count, equally spaced; start:stop:count:log, with equal ratios; or a list such as 0.1,0.2,0.5.
+    Writes a picture, a page, and all metrics as CSV and JSON into a run folder. Runs that fail are marked.
+    """
+    given = parse_changes(changes)
+    load_checked(scenario, given, varied=True)
+    check_writable(output)
+    from vessel_hsmc_ros.studies.campaign import sweep as sweeps  # imports the libraries of reports
+
+    axes = [sweeps.parse_axis(text) for text in parameters]
+    sweeps.check_metrics(metrics)
+    planned = sweeps.points(scenario, axes, given, () if laws is None else chosen(laws))
+    with progress_bar(f"sweep of {len(planned)} runs", len(planned), "runs") as update:
+        done = count(1)
+
+        def show(outcome: sweeps.Outcome) -> None:
+            number, values = next(done), ", ".join(map(str, outcome.point.values))
+            update(number, f"{number} of {len(planned)}: {values}")
+
+        outcomes = sweeps.run_all(planned, workers, show)
+    head, lines = sweeps.table(axes, outcomes, metrics)
+    if len(lines) <= MAX_TABLE_ROWS:
+        # The table breaks names at spaces: a long name of a parameter must not displace numbers.
+        print_table([name.replace(".", " .") for name in head], lines, text_columns=int(head[0] == "law"))
+    for note in sweeps.notes(axes, outcomes):
+        print_line(note)
+    files = sweeps.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
+    print_files(files)

@@ -1,10 +1,15 @@
-"""Parameters that nodes have in common, and groups of them: real time, clock, odometry, diagnostics, black box."""
+"""Parameters of the nodes outside the closed loop, and groups of parameters that several nodes have in common."""
 
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.fence import FenceParameters
+from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.schema import group, parameter
+from vessel_hsmc_ros.guidance.waypoints import NONE
+from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, WATCHED_TOPICS
 
 
 def rate(description: str) -> float:
@@ -150,3 +155,122 @@ def ramp_time() -> float:
     """Declare the time of the ramp of a node that passes commands on."""
     what = "Time in which the output goes from its limit to zero, and back; 0: at once."
     return parameter(2.0, what, unit="s", low=0.0, high=600.0, tunable=True)
+
+
+OWNER = "reference_ship.actions"
+
+
+@dataclass(frozen=True)
+class ActionParameters:
+    """When a goal is reached or given up, and what follows."""
+
+    reach: float = parameter(
+        0.0,
+        "Distance of the vessel from the end of a goal within which it is reached; 0 for two radii of gyration, half a length of"
+        " most hulls.",
+        unit="m",
+        low=0.0,
+        high=1e4,
+    )
+    patience: float = parameter(
+        30.0,
+        "Time without coming nearer, once the reference has arrived, after which a goal counts as not reached.",
+        unit="s",
+        low=1.0,
+        high=1e5,
+    )
+    tolerance: float = parameter(
+        5.0,
+        "Longest safe action of the controller, or time without odometry, that does not end a goal.",
+        unit="s",
+        low=0.0,
+        high=1e4,
+    )
+    at_end: str = parameter(
+        "hold",
+        "What the vessel does at the end of a mission, with a low battery and without its operator: hold, keep station; stop, the"
+        " controller commands zero until ~/rearm; return, sail to `home`.",
+        choices=("hold", "stop", "return"),
+    )
+    home: tuple[float, ...] = parameter(
+        NONE, "x, y to return to; [0.0] for those of `initial_pose`.", unit="m", low=-1e6, high=1e6
+    )
+    datum: tuple[float, ...] = parameter(
+        NONE,
+        "Latitude and longitude of the origin of the odometry, degrees, for follow_gps_waypoints; [0.0] for those on odom/datum.",
+        low=-180.0,
+        high=180.0,
+    )
+    battery: float = parameter(
+        0.0,
+        "Share of the charge on battery_state below which every goal ends with the action of `at_end`, and none is taken; 0 for"
+        " none.",
+        low=0.0,
+        high=1.0,
+    )
+    operator_timeout: float = parameter(
+        0.0, "Silence on operator_heartbeat after which the same happens; 0 for never.", unit="s", low=0.0, high=1e5
+    )
+
+    def __post_init__(self) -> None:
+        for name, what in (("home", "x and y"), ("datum", "a latitude and a longitude")):
+            if getattr(self, name) != NONE and len(getattr(self, name)) != 2:
+                raise ParameterError(f"{OWNER}.{name} must be {what} (got {list(getattr(self, name))})")
+        if not abs(self.datum[0]) < 90.0:
+            raise ParameterError(
+                f"{OWNER}.datum must be a latitude within -90 and 90 degrees, then a longitude (got {list(self.datum)})"
+            )
+
+
+@dataclass(frozen=True)
+class RecorderParameters(CommonParameters):
+    """Parameters of recorder; in lockstep messages are stamped with simulated time, else with their time of receipt."""
+
+    directory: str = parameter("bag", "The bag's folder, which must not exist yet.")
+    topics: tuple[str, ...] = parameter(tuple(RECORDED_TOPICS), "Topics to record, relative to the recorder's namespace.")
+    all_topics: bool = parameter(False, "Record all topics.")
+    regex: str = parameter("", "Also record the topics whose full names match this regular expression.")
+    exclude: str = parameter("", "Do not record topics that match this regular expression, unless they are listed by name.")
+    compression: str = parameter("zstd", "Compression of the bag's chunks.", choices=("none", "lz4", "zstd"))
+    split_size: int = parameter(0, "Size at which to start a new file; 0 means a single file.", unit="B", low=0, high=2**62)
+    split_duration: float = parameter(
+        0.0, "Duration after which to start a new file; 0 means a single file.", unit="s", low=0.0, high=1e9
+    )
+    scenario: str = parameter("", "Name of the recorded scenario.")
+    scenario_file: str = parameter("", "ROS parameters file to store in the bag, so that the run can be repeated.")
+    law_source: str = parameter("", "Where the code of the law comes from, for the notes of the bag; it is never imported.")
+
+
+@dataclass(frozen=True)
+class LiveParameters(CommonParameters):
+    """Parameters of live."""
+
+    host: str = parameter("127.0.0.1", "Address on which the live view listens; 0.0.0.0 admits other machines.")
+    port: int = parameter(8765, "Port of the live view; 0 means any free port.", low=0, high=65535)
+    topics: tuple[str, ...] = parameter(tuple(WATCHED_TOPICS), "Topics of the live view, relative to its namespace.")
+
+
+@dataclass(frozen=True)
+class MarkerParameters(CommonParameters):
+    """Parameters of markers."""
+
+    rate_hz: float = parameter(10.0, "Rate of the markers.", unit="Hz", low=0.1, high=100.0)
+    path_rate_hz: float = parameter(1.0, "Rate of the paths.", unit="Hz", low=0.1, high=100.0)
+    publish_tf: bool = parameter(
+        True,
+        "Publish the pose of the odometry on /tf, from odom to base_link, where tf2_msgs is installed; false where another node"
+        " does, such as the localisation.",
+    )
+    path_poses: int = parameter(4000, "Number of poses of a path; older ones are dropped.", low=2, high=100_000)
+    vessel: Hull = group(Hull)
+    hull: DrawnHull = group(DrawnHull)
+    fence: FenceParameters = group(FenceParameters)
+
+
+@dataclass(frozen=True)
+class FaultRelayParameters(CommonParameters):
+    """Parameters of fault_relay."""
+
+    script: str = parameter("", "The fault script; empty for none.")
+    topics: tuple[str, ...] = parameter(("odom", "reference", "cmd_wrench"), "Topics to pass on, each below relayed/.")
+    rate_hz: float = rate("Rate of the plant, by which the relay counts the steps of a lockstep run.")

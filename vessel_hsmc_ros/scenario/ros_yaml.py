@@ -1,6 +1,5 @@
-"""Text files up to a size, and YAML with the scalars of ROS."""
+"""Text files, and YAML with the scalars of ROS."""
 
-import errno
 import re
 from collections import Counter
 from pathlib import Path
@@ -8,8 +7,6 @@ from typing import Any, ClassVar
 
 import yaml
 
-LARGEST_TEXT = 8 << 20  # bytes of the largest text file that is read
-LARGEST_TABLE = 128 << 20  # bytes of the largest CSV file of measurements
 _TAG = "tag:yaml.org,2002:"
 
 _SCALARS = {
@@ -46,21 +43,9 @@ for _kind, _pattern in _SCALARS.items():
     _Loader.add_implicit_resolver(f"{_TAG}{_kind}", re.compile(f"^({_pattern})$"), list("-+.0123456789yYnNtTfFoOiI"))
 
 
-def read_text(path: Path, limit: int = LARGEST_TEXT) -> str:
-    """The text of a file in UTF-8, with or without a byte order mark.
-
-    Raises OSError if the file cannot be read, or is larger than the limit in bytes; UnicodeDecodeError if it is not UTF-8.
-    """
-    return read_bytes(path, limit).decode("utf-8-sig")
-
-
-def read_bytes(path: Path, limit: int) -> bytes:
-    """The content of a file. Raises OSError if the file cannot be read, or is larger than the limit in bytes."""
-    with path.open("rb") as stream:
-        content = stream.read(limit + 1)
-    if len(content) > limit:
-        raise OSError(errno.EFBIG, f"it has more than {limit >> 20} MiB")
-    return content
+def read_text(path: Path) -> str:
+    """The text of a file in UTF-8, with or without a byte order mark."""
+    return path.read_text(encoding="utf-8-sig")
 
 
 def read_yaml(text: str) -> Any:

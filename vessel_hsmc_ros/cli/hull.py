@@ -1,0 +1,371 @@
+"""The verbs on the hull of a ship: `manoeuvres`, `excite` and `identify`."""
+
+import math
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+import yaml
+
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_status, print_table, print_warning, progress_bar, write_new
+from vessel_hsmc_ros.cli.options import file_option, interpreted_option, output_option, parse_changes, set_option, topic_options
+from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.install_paths import shell_command
+from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.scenario.own_ship import ship_of
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, tree
+from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
+from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
+from vessel_hsmc_ros.scenario.ship_rules import scale_of
+from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
+from vessel_hsmc_ros.studies.manoeuvres.run import PLANS
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.studies.manoeuvres.run import Results
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.core.run_data import Run
+    from vessel_hsmc_ros.plant.dynamics import ShipParameters
+    from vessel_hsmc_ros.studies.identification.excitation import Step
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.scenario.vessels import LibraryVessel
+    from vessel_hsmc_ros.studies.identification.page import HeldOut
+    from vessel_hsmc_ros.studies.identification.types import Identified, Measurements
+
+
+@click.command()
+@click.argument("ships", nargs=-1, metavar="[VESSEL|SCENARIO]...")
+@click.option(
+    "--only",
+    "kinds",
+    multiple=True,
+    type=click.Choice(tuple(PLANS)),
+    metavar="MANOEUVRE",
+    help=f"One of {', '.join(PLANS)}; may be given several times.",
+)
+@click.option("--markdown", is_flag=True, help="Print the table of all ships in Markdown, and write no files.")
+@set_option
+@interpreted_option
+@output_option
+def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, changes: Sequence[str], output: Path) -> None:
+    """Simulate the standard manoeuvres of a ship: turning circle, zig-zags, spiral, crash stop, speed runs, bollard pull.
+
+    The ship is a VESSEL of the library, a vessel file, or the ship of a SCENARIO, whose other parameters are not used. Without an
+    argument all vessels of the library are simulated. The water is calm. The run folder receives a page with tracks and metrics,
+    the metrics as CSV, and a scenario for each manoeuvre, which `vessel-hsmc run` takes.
+    """
+    from vessel_hsmc_ros.studies.manoeuvres.page import TITLES, overview
+    from vessel_hsmc_ros.studies.manoeuvres.run import run, ship_named  # imports the libraries of reports
+
+    named = list(ships or vessel_names())
+    scaled = [ship_named(name, parse_changes(changes)) for name in named]
+    if not markdown:
+        check_writable(output)
+    wanted = list(kinds or PLANS)
+    found = []
+    with progress_bar("manoeuvres", len(scaled) * len(wanted), "manoeuvres") as update:
+        for k, ship in enumerate(scaled):
+
+            def show(name: str, number: int, _total: int, done: int = k * len(wanted), of: str = ship.name) -> None:
+                update(done + number, f"{of}: {TITLES[name]} ...")
+
+            found.append(run(ship, wanted, show))
+    if markdown:
+        head, lines = overview(found)
+        for line in (head, ["---"] * len(head), *lines):
+            print_line(f"| {' | '.join(line)} |")
+        return
+    if len(found) > 1:
+        print_table(*overview(found))
+    for name, results in zip(named, found, strict=True):
+        if len(found) == 1:
+            print_results(results)
+        _write_page(name, results, output)
+
+
+def print_results(results: "Results") -> None:
+    """Print the metrics of a ship, a table for each manoeuvre, with what one must know to judge them."""
+    from vessel_hsmc_ros.studies.manoeuvres.page import APPLIES, SOURCE, TITLES, notes, rows
+
+    for name, done in results.manoeuvres.items():
+        lines = [[row.label, row.value, row.lengths, row.limit, row.verdict] for row in rows(results) if row.manoeuvre == name]
+        print_table(["metric", "value", "lengths", "criterion", ""], lines, title=TITLES[name])
+        for note in notes(done):
+            print_line(note)
+    print_line(f"Criteria: {SOURCE}; {APPLIES}.")
+
+
+def _write_page(name: str, results: "Results", output: Path) -> None:
+    from vessel_hsmc_ros.studies.manoeuvres import page  # imports the libraries of reports
+
+    print_files(page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results))
+
+
+@click.command()
+@click.argument("ship", metavar="VESSEL|SCENARIO")
+@file_option("The scenario to write [default: NAME_excite.yaml].")
+def excite(ship: str, output: Path | None) -> None:
+    """Write a scenario of manoeuvres from which `identify` can determine a ship's hull data.
+
+    VESSEL is a vessel of the library or a vessel file. SCENARIO is a scenario or its file, such as one that `vessel-hsmc init`
+    has written. The hull data need not be exact: they only scale forces and times. The scenario commands surge force and yaw
+    moment without feedback. Simulate it, or sail it with your own boat and record a bag, and pass the bag to
+    `vessel-hsmc identify`. The command prints the manoeuvres and the space that they need.
+    """
+    from vessel_hsmc_ros.simulation.offline import simulate
+    from vessel_hsmc_ros.studies.identification.excitation import excitation, scenario_text
+
+    data, section = _ship(ship)
+    scale = scale_of(data)
+    steps = excitation(scale)
+    path = output or Path(f"{Path(ship).stem}_excite.yaml")
+    text = scenario_text(path.stem, f"ship {Path(ship).stem}", section, scale, steps)
+    run = simulate(parse_scenario(text, path.stem, source="the new scenario"))
+    write_new(path, text)
+    print_table(HEAD, _rows(steps, run))
+    print_line(_space(run))
+    simulate_it = f"{shell_command()} simulate {shlex.quote(str(path))}"
+    print_line(f"scenario: {path}; next: {simulate_it}, or sail it; then {shell_command()} identify on the bag")
+
+
+HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]
+
+
+def _ship(name: str) -> "tuple[ShipParameters, str]":
+    """The ship of a vessel or of a scenario, and the section `vessel` that describes it in a new scenario."""
+    is_file = Path(name).suffix in (".yaml", ".yml")
+    if name in vessel_names() or (is_file and _is_vessel_file(Path(name))):
+        values: dict[str, object] = dict(read_vessel(name).values)
+        section = {"vessel": name} if not is_file else tree(values)
+    elif is_file or name in scenario_names():
+        values = _hull_data(load_scenario(name).vessel_sim.vessel)
+        section = tree(values)
+    else:
+        raise ScenarioError(
+            f"{name} is neither a vessel nor a scenario: it must be one of {', '.join(vessel_names())}, or a file"
+        )
+    text = yaml.safe_dump(section, sort_keys=False, default_flow_style=None)
+    return ship_of(values), "\n".join(f"    {line}" for line in text.splitlines())
+
+
+def _hull_data(ship: "ShipParameters") -> dict[str, object]:
+    """The data of a ship by their dotted names, without those that have no meaning for it."""
+    entries = schema.entries(type(ship))
+    return {
+        f"vessel.{key}": value
+        for key, value in schema.flatten(ship).items()
+        # A coefficient of zero is written: left out, it would be that of the paper's ship.
+        if key != "name" and (value != entries[key].default or (isinstance(value, float) and math.isfinite(value)))
+    }
+
+
+def _is_vessel_file(path: Path) -> bool:
+    """Whether a YAML file describes a vessel, not a scenario."""
+    try:
+        document = read_yaml(read_text(path))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ScenarioError(f"file {path} cannot be read: {in_one_line(error)}") from None
+    return isinstance(document, dict) and "vessel" in document
+
+
+def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:
+    """A row for each manoeuvre: its inputs, and what the present data predict."""
+    from vessel_hsmc_ros.studies.identification.excitation import manoeuvres, starts
+
+    times, rows = starts(steps), []
+    for first, last in manoeuvres(steps):
+        inside = (run.time >= times[first]) & (run.time < times[last])
+        u, v, r = run.state[inside, 3:].T
+        surge, yaw = [step.surge for step in steps[first:last]], [step.yaw for step in steps[first:last]]
+        motion = f"{np.hypot(u, v).max():.2f} m/s", f"{np.degrees(abs(r).max()):.1f}°/s"
+        rows.append([steps[first].manoeuvre, f"{times[first]:g} to {times[last]:g} s", _range(surge), _range(yaw), *motion])
+    return rows
+
+
+def _range(shares: "Sequence[float]") -> str:
+    low, high = (100.0 * end for end in (min(shares), max(shares)))
+    return f"{low:.0f} %" if low == high else f"±{high:.0f} %" if low == -high else f"{low:.0f} to {high:.0f} %"
+
+
+def _space(run: "Run") -> str:
+    """How long the manoeuvres take, and how much water."""
+    x, y = np.ptp(run.state[:, :2], axis=0)
+    minutes = run.time[-1] / 60.0
+    return (
+        f"they take {minutes:.1f} min and, with the present data, {quantity(float(x), 'm')} by {quantity(float(y), 'm')} of water"
+    )
+
+
+@click.command()
+@click.argument("data", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="BAG|CSV...")
+@click.option(
+    "--model",
+    "names",
+    default="coupled",
+    show_default=True,
+    metavar="MODEL|NAMES",
+    help="What is estimated: paper (inertia and damping of each axis), coupled (sway and yaw coupled as well), linear (linear"
+    " damping only), or names of hull parameters, separated by commas.",
+)
+@click.option(
+    "--vessel",
+    metavar="NAME|FILE",
+    help="A vessel of the library or a vessel file; it gives the dimensions, the limits and all that is not estimated.",
+)
+@click.option("--length", type=float, metavar="m", help="Length of the ship, without --vessel.")
+@click.option("--beam", type=float, metavar="m", help="Beam of the ship, without --vessel.")
+@click.option(
+    "--held-out",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="BAG|CSV",
+    help="A run that is kept back to judge the prediction; may be given several times.",
+)
+@click.option("--namespace", help="ROS namespace of the vessel, if a bag holds several.")
+@topic_options
+@click.option(
+    "--column", "columns", multiple=True, metavar="NAME=COLUMN", help="Column of the CSV files, such as surge_force=Fx."
+)
+@click.option("--window", type=float, default=20.0, show_default=True, metavar="s", help="Length of a simulated window.")
+@click.option("--name", default="identified", show_default=True, help="Name of the vessel and of its file.")
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path(),
+    help="Folder of the files, which replace those of an earlier identification [default: this one].",
+)
+def identify(
+    data: Sequence[Path], names: str, vessel: str | None, held_out: Sequence[Path], columns: Sequence[str], **options: Any
+) -> None:
+    """Identify the hull data of a ship from bags or CSV files of its motion.
+
+    A bag holds odometry and the applied or commanded wrench; a CSV file the columns time, x, y, heading (or heading_deg),
+    surge_force, yaw_moment, and u, v, r where measured. Writes NAME.yaml, a vessel that scenarios and `vessel-hsmc init`
+    take, and NAME.html, which shows measured against simulated motion and how well each parameter is known.
+    """
+    from vessel_hsmc_ros.scenario.own_ship import ship_of
+    from vessel_hsmc_ros.scenario.vessels import read_vessel
+    from vessel_hsmc_ros.studies.identification.estimate import identify as estimate
+    from vessel_hsmc_ros.studies.identification.types import MODELS, model
+
+    chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
+    start = None if vessel is None else read_vessel(vessel)
+    named = _columns(columns)
+    if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
+        raise ParameterError(f"--held-out must be a run that the estimation does not use (got {min(again)})")
+    topics = {key: options[key] for key in ("namespace", "odometry", "wrench")}
+    runs = [_measurements(path, named, topics) for path in data]
+    unused = [_measurements(path, named, topics) for path in held_out]
+    _check_output(options, start)
+    known = ship_of(start.values) if start else None
+    with progress_bar(f"identifying {options['name']}", 100.0, "%") as update:
+        found = estimate(runs, chosen, known, options["window"], lambda what, done: update(100.0 * done, note=what))
+    judged = _judged(unused, found, start, options["window"])
+    _write(options, runs, found, judged, start)
+    _print(runs, found, judged)
+    vessel = options["output"] / f"{options['name']}.yaml"
+    print_line(f"next: vessel-hsmc init NAME --vessel {shlex.quote(str(vessel))}")
+
+
+def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> None:
+    """Check before the identification that its files can be written, and that they replace none but those of an earlier one."""
+    from vessel_hsmc_ros.studies.identification.page import check_known, is_identified
+
+    check_known(_known(options, start, {}))
+    vessel = options["output"] / f"{options['name']}.yaml"
+    if vessel.exists() and not is_identified(vessel):
+        raise ParameterError(f"{vessel} exists and is not an identified vessel: choose another --name or --output")
+    options["output"].mkdir(parents=True, exist_ok=True)
+    check_writable(options["output"])
+
+
+def _known(options: dict[str, Any], start: "LibraryVessel | None", estimated: Mapping[str, float]) -> dict[str, object]:
+    """What is known of the ship beside the estimates, by the names in a vessel file."""
+    from vessel_hsmc_ros.studies.identification.page import known_of
+
+    known = known_of(start.values, estimated) if start else {}
+    return known | {key: options[key] for key in ("length", "beam") if options[key] is not None}
+
+
+def _columns(given: Sequence[str]) -> dict[str, str]:
+    """Columns of the CSV files by what they hold."""
+    for text in given:
+        if "=" not in text:
+            raise ParameterError(f"--column must be NAME=COLUMN (got {text})")
+    return {name: column for name, _, column in (text.partition("=") for text in given)}
+
+
+def _measurements(path: Path, columns: dict[str, str], topics: dict[str, Any]) -> "Measurements":
+    """The motion in a bag or CSV file."""
+    from vessel_hsmc_ros.studies.identification.measurements import from_bag, from_csv
+
+    try:
+        return from_csv(path, columns) if path.suffix.lower() == ".csv" else from_bag(path, **topics)
+    except (BagError, IdentificationError) as error:  # the input is at fault: exit code 2
+        raise ParameterError(str(error)) from None
+
+
+def _judged(
+    unused: "Sequence[Measurements]", found: "Identified", start: "LibraryVessel | None", window: float
+) -> "list[HeldOut]":
+    """Predictions of the held-out runs, by the identified ship and by the start vessel."""
+    from vessel_hsmc_ros.core import schema
+    from vessel_hsmc_ros.scenario.own_ship import ship_of
+    from vessel_hsmc_ros.studies.identification.page import HeldOut, steady_load
+    from vessel_hsmc_ros.studies.identification.windows import predict
+
+    before = schema.flatten(ship_of(start.values)) if start else {}
+    hull = {name: float(before[name]) for name in found.values if name in before}  # type: ignore[arg-type]
+    return [
+        HeldOut(
+            run,
+            predict(found.values, run, window, found.inputs),
+            predict(hull, run, window) if start else None,
+            steady_load(found.values, run, window, found.inputs),
+        )
+        for run in unused
+    ]
+
+
+def _write(
+    options: dict[str, Any],
+    runs: "Sequence[Measurements]",
+    found: "Identified",
+    judged: "Sequence[HeldOut]",
+    start: "LibraryVessel | None",
+) -> None:
+    """Write vessel file and page."""
+    from vessel_hsmc_ros.report.page_kit import writing
+    from vessel_hsmc_ros.studies.identification.page import errors, render, vessel_text
+
+    name, output = options["name"], options["output"]
+    known = _known(options, start, found.values)
+    shown = {f"{each.run.name}, {key}": value for each in judged for key, value in errors(each.prediction).items()}
+    text = vessel_text(name, found, runs, known, shown)
+    page = render(name, runs, found, judged)
+    for path, content in ((output / f"{name}.html", page), (output / f"{name}.yaml", text)):
+        with writing(str(path)):
+            path.write_text(content, encoding="utf-8")
+        print_status(f"written: {path}")
+
+
+def _print(runs: "Sequence[Measurements]", found: "Identified", judged: "Sequence[HeldOut]") -> None:
+    """Print the parameters, the prediction errors, and what the runs do not determine."""
+    from vessel_hsmc_ros.studies.identification.page import (
+        ERRORS_HEAD,
+        PARAMETERS_HEAD,
+        errors_table,
+        explanations,
+        parameters_table,
+    )
+
+    print_table(PARAMETERS_HEAD[:5], [line[:5] for line in parameters_table(found)])
+    print_table(ERRORS_HEAD, errors_table(runs, found, judged))
+    for name, why in found.unidentifiable:
+        print_line(f"{name} is held: {why}")
+    for line in (*found.warnings, *explanations(found, judged)):
+        print_warning(line)
