@@ -23,6 +23,7 @@ the error grow without bound.
 """
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,16 @@ ON_SURFACES, STRIDE = 20.0, 10
 """Time from which a run is compared with the reduced dynamics, s, and half the step of the comparison in samples."""
 
 RUNAWAY = 1e6  # a position, heading or velocity beyond this is not physical
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """The results of a case."""
+
+    numbers: Numbers  # the measured values
+    run: Run  # its arrays, thinned for drawing, without the network weights
+    # times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's
+    reduced: tuple[Array, Array]
 
 
 class Surfaces(NamedTuple):
