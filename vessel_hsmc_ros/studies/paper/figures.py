@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.style import INK, OTHER, PLOT, SHIP
 from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, of_law
-from vessel_hsmc_ros.studies.paper.reproduction import CaseResult
+from vessel_hsmc_ros.studies.paper.measure import CaseResult
 
 STYLE: Any = {**PLOT, "axes.spines.right": False, "axes.spines.top": False, "lines.linewidth": 1.3, "savefig.dpi": 200}
 

@@ -23,6 +23,7 @@ the error grow without bound.
 """
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -156,6 +157,16 @@ class Repaired(NamedTuple):
 
 LawNumbers = HierarchicalPrintedParameters | Repaired | None
 """The parameters of the law as printed, the constants of the repaired one, or None for a run with another law."""
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """The results of a case."""
+
+    numbers: Numbers  # the measured values
+    run: Run  # its arrays, thinned for drawing, without the network weights
+    # times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's
+    reduced: tuple[Array, Array]
 
 
 def measure(run: Run, vessel: Vessel, law: LawNumbers, reduced: tuple[Array, Array] | None = None) -> Numbers:

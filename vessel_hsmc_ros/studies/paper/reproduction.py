@@ -40,7 +40,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, PRINTED, REPAIRED, Case, of_law
 from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, NAN, Claim, Numbers, Results, claims_page
-from vessel_hsmc_ros.studies.paper.measure import LawNumbers, Repaired, measure, reduced_error
+from vessel_hsmc_ros.studies.paper.measure import CaseResult, LawNumbers, Repaired, measure, reduced_error
 from vessel_hsmc_ros.studies.runs import batch, scenario_run
 
 repaired_control = repaired.control  # a kernel calls others by their names in its module
@@ -183,16 +183,6 @@ RATES = (PLANT, REFERENCE, CONTROLLER)
 
 NO_PREDICTION: tuple[Array, Array] = (np.empty(0), np.empty(0))
 """What the reduced dynamics predict of a run that they do not describe."""
-
-
-@dataclasses.dataclass(frozen=True)
-class CaseResult:
-    """The results of a case."""
-
-    numbers: Numbers  # the measured values
-    run: Run  # its arrays, thinned for drawing, without the network weights
-    # times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's
-    reduced: tuple[Array, Array]
 
 
 def scenario_of(case: Case, nodes: bool = False) -> Scenario:
