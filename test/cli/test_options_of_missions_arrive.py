@@ -37,7 +37,7 @@ def test_forecast_takes_the_boat_the_conditions_the_corridor_and_the_runs(reach:
     (tmp_path / "way.csv").write_text("x,y\n40,0\n40,30\n", encoding="utf-8")
     wind = "--wind", 6, "--wind-from", 240, "--current", 0.3, "--current-to", 90
     boat = "--scenario", "survey", "--set", "vessel_sim.seed=7", "--output", "there"
-    target = "vessel_hsmc_ros.studies.forecast"
+    target = "vessel_hsmc_ros.studies.forecast.forecast"
     found = reach(target, "forecast", "way.csv", *boat, *wind, "--corridor", 3, "--runs", 25, "--seed", 9, "--workers", 2)
     plan = found["plan"]
     assert plan.conditions == Conditions(6.0, 240.0, 0.3, 90.0)

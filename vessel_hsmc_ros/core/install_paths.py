@@ -1,7 +1,4 @@
-"""Where the package's own data files are installed, and what an incomplete installation lacks.
-
-The version of the installed package; its source is package.xml.
-"""
+"""The version of the package, where its own data files are installed, and what an incomplete installation lacks."""
 
 import os
 import re
@@ -15,7 +12,7 @@ from pathlib import Path
 from vessel_hsmc_ros.core.exceptions import InstallationError
 
 __version__: str
-
+"""The version of the installed package; its source is package.xml."""
 
 PACKAGE = "vessel_hsmc_ros"
 

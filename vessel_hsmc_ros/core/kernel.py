@@ -38,7 +38,7 @@ def kernel(function: Function) -> Function:
 
 
 def bound(function: Callable[..., Any], **kernels: Callable[..., Any]) -> Callable[..., Any]:
-    """A copy of a function with other kernels in the place of names of its module.
+    """A copy of a function with other kernels instead of names of its module.
 
     Numba cannot store a function that takes functions as arguments; one that calls them by name it can.
     """
@@ -120,7 +120,7 @@ def whole_periods(delay: float, period: float) -> int:
 
 @kernel
 def put(line: DelayLine, values: Any) -> None:
-    """Write the values of this period in the place of the oldest ones. `values`: as many as the line is wide; a tuple."""
+    """Replace the oldest values by those of this period. `values`: as many as the line is wide; a tuple."""
     i = (line.last[0] + 1) % len(line.rows)
     line.last[0] = i
     for j in range(len(values)):

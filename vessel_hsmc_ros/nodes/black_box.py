@@ -55,6 +55,8 @@ class BlackBox:
         """Keep a message of a topic, given by its full name; `data` is its serialised form, where that is known."""
         data = data or serialize_message(message)
         if len(data) > MEMORY:  # it would displace all others
+            text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(data) / 1e6:.0f} MB)"
+            self._node.get_logger().warning(f"{text}: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
         self._kept.append((now, (self._stamp(), topic, raw.type_name(type(message)), data)))

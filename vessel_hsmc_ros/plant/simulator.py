@@ -315,7 +315,7 @@ class Simulator:
 
         `command`: commanded surge force [N] and yaw moment [N·m]. Raises SimulationError if the command is not finite.
         """
-        if not (math.isfinite(command[0]) and math.isfinite(command[1])):  # a NaN would remain in the state for ever
+        if not (math.isfinite(command[0]) and math.isfinite(command[1])):  # a NaN would remain in the state indefinitely
             raise SimulationError(f"commanded wrench must be finite numbers (got {command[0]} N, {command[1]} N·m)")
         self._state = apply(self._state, command, self._constants)
         return self._state.tau

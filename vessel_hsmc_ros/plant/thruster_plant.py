@@ -137,7 +137,7 @@ class ThrusterPlant(Simulator):
         SimulationError if a demand is not finite.
         """
         for thruster, *demands in zip(self._layout.thrusters(), thrust, angle, strict=True):
-            if not all(map(math.isfinite, demands)):  # a NaN would remain in the state for ever
+            if not all(map(math.isfinite, demands)):  # a NaN would remain in the state indefinitely
                 texts = " N and ".join(map(str, demands))
                 raise SimulationError(f"demand of thruster {thruster.name} must be finite numbers (got {texts} rad)")
         self._state = apply_thrusts(self._state, thrust, angle, self._constants, self._thrust, self._thrusters)

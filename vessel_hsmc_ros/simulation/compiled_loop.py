@@ -236,7 +236,7 @@ with a motion that is not finite, or after one after which the law needs other c
 
 @kernel
 def drive(
-    stamp: int,  # noqa: ARG001 - in the place of `drive_by_thrusters`
+    stamp: int,  # noqa: ARG001 - instead of `drive_by_thrusters`
     plant: PlantState,
     wrench: tuple[float, float],
     surge_speed: float,  # noqa: ARG001

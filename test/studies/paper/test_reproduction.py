@@ -13,7 +13,7 @@ from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.cases import CASES
 from vessel_hsmc_ros.studies.paper.claims import CLAIMS
-from vessel_hsmc_ros.studies.paper.reproduction import CaseResult
+from vessel_hsmc_ros.studies.paper.measure import CaseResult
 from vessel_hsmc_ros.studies.runs import batch
 
 DURATION = 2.0

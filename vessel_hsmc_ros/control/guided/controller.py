@@ -17,7 +17,7 @@
 
 For small errors this is the regulator alpha = -K·(e_c, psi - psi_s, v_r - v_s, r - r_s). Large ones are braked: heading by the
 yaw acceleration, and yaw rate by the rate of the moment, because a moment that rises slowly falls slowly, and large turns would
-oscillate for ever. All is computed for the time at which the command arrives at the hull. docs/guided.md has its figures.
+oscillate indefinitely. All is computed for the time at which the command arrives at the hull. docs/guided.md has its figures.
 """
 
 import math

@@ -76,7 +76,7 @@ def law_outdated(memory: Any, constants: Any) -> bool:  # noqa: ARG001 - a stand
 
 @kernel
 def unobserved(
-    stamp: int,  # noqa: ARG001 - in the place of `observe`
+    stamp: int,  # noqa: ARG001 - instead of `observe`
     pose: Any,  # noqa: ARG001
     wrench: Any,  # noqa: ARG001
     state: ObserverState,

@@ -169,6 +169,16 @@ LawNumbers = HierarchicalPrintedParameters | Repaired | None
 """The parameters of the law as printed, the constants of the repaired one, or None for a run with another law."""
 
 
+@dataclass(frozen=True)
+class CaseResult:
+    """The results of a case."""
+
+    numbers: Numbers  # the measured values
+    run: Run  # its arrays, thinned for drawing, without the network weights
+    # times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's
+    reduced: tuple[Array, Array]
+
+
 def measure(run: Run, vessel: Vessel, law: LawNumbers, reduced: tuple[Array, Array] | None = None) -> Numbers:
     """Measure all numbers of a run. Returns the numbers; those of surfaces and networks are NaN for another law."""
     numbers = _motion(run) | _effort(run, vessel)
