@@ -29,13 +29,15 @@ def _independent(data: bytes) -> Any:
 
 
 def message(data: bytes) -> bool:
-    """A serialised message: by itself, in columns behind a valid one, and as rosbags reads it, which agree where all read it."""
+    """A serialised message: by itself, in columns behind a valid one, and as rosbags reads it, which must all agree."""
     decoder, valid = _decoder(), seeds()["message"]
     decoder._layouts, decoder._irregular = {}, False
     starts, sizes = np.array([0, len(valid)]), np.array([len(valid), len(data)])
     one, expected = decided(lambda: decoder.deserialize(data)), _independent(data)
     many = decided(lambda: decoder.columns(valid + data, starts, sizes, decoder.fields))
-    if one is None or many is None or expected is None:
+    if not (one is None) == (many is None) == (expected is None):
+        raise Finding(f"read by itself: {one is not None}, in columns: {many is not None}, by rosbags: {expected is not None}")
+    if one is None:
         return False
     for name in decoder.fields:
         values = [attrgetter(name)(one), many[name][1], attrgetter(name)(expected)]

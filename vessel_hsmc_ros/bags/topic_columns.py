@@ -34,6 +34,9 @@ Array = NDArray[Any]
 
 MAX_NARROW_ARRAY = 8  # largest number of elements of an array that counts as narrow
 ENCAPSULATION = 4  # bytes of the encapsulation header before the first field; alignment counts from its end
+UNUSED = 3
+"""Bytes at the end of a message that a writer may add to align what follows. rclpy reserves the alignment of each empty list of
+numbers besides, which it does not use."""
 NUMBERS = {
     "bool": "?", "byte": "B", "char": "B", "octet": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H",
     "int32": "i", "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
@@ -148,7 +151,7 @@ class MessageDecoder:
         try:
             if data[0] or data[1] > 1:
                 raise ValueError("its encapsulation is neither CDR_LE nor CDR_BE")
-            return _Walk(data, "<" if data[1] else ">", self._types, self._classes, layout).message(self._kind, "")
+            return _Walk(data, "<" if data[1] else ">", self._types, self._classes, layout).whole(self._kind)
         except (IndexError, ValueError, struct.error) as error:
             raise BagError(f"a message of {self._topic} is not a {self._kind}: {' '.join(str(error).split())}") from None
 
@@ -195,6 +198,14 @@ class _Walk:
     ) -> None:
         self.data, self.order, self.types, self.classes, self.layout = data, order, types, classes, layout
         self.position = ENCAPSULATION
+        self.unused = UNUSED
+
+    def whole(self, kind: str) -> Any:
+        """The message, which must fill the bytes."""
+        message = self.message(kind, "")
+        if self.position + self.unused < len(self.data):
+            raise ValueError(f"{len(self.data) - self.position} bytes follow its last field")
+        return message
 
     def message(self, kind: str, prefix: str) -> Any:
         return self.classes[kind](
@@ -220,6 +231,8 @@ class _Walk:
         dtype, count = _DTYPES[self.order][kind], math.prod(shape)
         if count:  # an empty sequence is not followed by padding
             self.align(dtype.itemsize)
+        else:
+            self.unused += dtype.itemsize
         found = np.frombuffer(self.data, dtype, count, self.position) if count else np.empty(0, dtype)
         self.note(name, dtype.str, shape, found.nbytes)
         return found.reshape(shape)
