@@ -46,16 +46,6 @@ ON_SURFACES, STRIDE = 20.0, 10
 RUNAWAY = 1e6  # a position, heading or velocity beyond this is not physical
 
 
-@dataclass(frozen=True)
-class CaseResult:
-    """The results of a case."""
-
-    numbers: Numbers  # the measured values
-    run: Run  # its arrays, thinned for drawing, without the network weights
-    # times and lateral errors that the reduced dynamics predict; empty for other laws than the paper's
-    reduced: tuple[Array, Array]
-
-
 class Surfaces(NamedTuple):
     """The constants of both surfaces, by the paper's symbols: slopes c1, c2, c3 and weights a, b."""
 
