@@ -1,7 +1,7 @@
 """A bag from the content of a run's messages, as the recorder writes it in lockstep; the counterpart of `run_from_bag`."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 
-from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
+from vessel_hsmc_ros.bags.topic_columns import MessageDecoder, read_definition
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
@@ -45,15 +45,16 @@ class MessageEncoder:
 
     def __init__(self, kind: str, definition: str, texts: Mapping[str, str], lengths: Mapping[str, int]) -> None:
         self._store: Any = get_typestore(Stores.EMPTY)
-        self._store.register(get_types_from_msg(definition, kind))
+        types: Any = read_definition(kind, definition)
+        self._store.register(types)
         self._given = {**texts, **{name: np.zeros(length) for name, length in lengths.items()}}
         message = bytes(self._store.serialize_cdr(self._empty(kind, ""), kind))
         self._template = np.frombuffer(message, np.uint8)
         self.fields = MessageDecoder(kind, kind, definition).layout(message).fields
         self.type_hash: str = self._store.hash_rihs01(kind)
 
-    def encode(self, columns: Mapping[str, Array]) -> list[bytes]:
-        """Serialised messages with the values of some columns; all other numbers are zero.
+    def encode(self, columns: Mapping[str, Array]) -> Array:
+        """Serialised messages with the values of some columns, uint8, (n, size); all other numbers are zero.
 
         `columns`: by dotted names of fields, with a row for each message.
         """
@@ -63,8 +64,7 @@ class MessageEncoder:
             place = self.fields[name]
             numbers = np.ascontiguousarray(values, place.dtype)
             rows[:, place.offset : place.offset + place.size] = numbers.view(np.uint8).reshape(count, place.size)
-        data, size = rows.tobytes(), rows.shape[1]
-        return [data[start : start + size] for start in range(0, len(data), size)]
+        return rows
 
     def _empty(self, kind: str, prefix: str) -> Any:
         """A message of zeros with the given texts and lists."""
@@ -91,16 +91,14 @@ class Stream:
     stamps: NDArray[np.int64]
     columns: Mapping[str, Array]
 
-    def messages(self, begin: int, end: int) -> Iterator[tuple[int, bytes]]:
-        """Stamps and serialised messages with begin <= stamp < end."""
+    def messages(self, begin: int, end: int) -> tuple[Topic, Array, Array]:
+        """Topic, stamps and serialised messages with begin <= stamp < end."""
         first, last = np.searchsorted(self.stamps, (begin, end))
-        if first < last:
-            stamps = self.stamps[first:last]
-            sec, nanosec = np.divmod(stamps, NANOSECONDS)
-            stamp = "clock" if "clock.sec" in self.encoder.fields else "header.stamp"
-            times = {f"{stamp}.sec": sec, f"{stamp}.nanosec": nanosec}
-            columns = {name: values[first:last] for name, values in self.columns.items()}
-            yield from zip(stamps.tolist(), self.encoder.encode({**times, **columns}), strict=True)
+        stamps = self.stamps[first:last]
+        sec, nanosec = np.divmod(stamps, NANOSECONDS)
+        stamp = "clock" if "clock.sec" in self.encoder.fields else "header.stamp"
+        columns = {name: values[first:last] for name, values in self.columns.items()}
+        return self.topic, stamps, self.encoder.encode({f"{stamp}.sec": sec, f"{stamp}.nanosec": nanosec, **columns})
 
 
 def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
@@ -114,9 +112,7 @@ def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
         writer.add_topic(stream.topic)
     edges = [*published.stamp[::BLOCK].tolist(), np.iinfo(np.int64).max]
     for begin, end in pairwise(edges):
-        block = [(stamp, i, data) for i, stream in enumerate(streams) for stamp, data in stream.messages(begin, end)]
-        for stamp, i, data in sorted(block):
-            writer.write(streams[i].topic, data, stamp, stamp)
+        writer.write_block([stream.messages(begin, end) for stream in streams])
     writer.close()
     return writer.message_count
 

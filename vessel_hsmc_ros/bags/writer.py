@@ -1,7 +1,7 @@
 """Writes bags in the format of rosbag2: a folder of MCAP files with metadata.yaml. Needs no ROS installation."""
 
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +13,7 @@ from vessel_hsmc_ros.bags.mcap_writer import McapFile
 from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, qos_entry, write_metadata, yaml_text
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.install_paths import __version__
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
 __all__ = ["PARAMETERS", "RECORDING", "SCENARIO", "BagWriter", "Splitting", "Topic", "qos_entry"]
@@ -113,6 +114,17 @@ class BagWriter:
             raise self._failed(error) from None
         topic.count += 1
         self.message_count += 1
+
+    def write_block(self, parts: Sequence[tuple[Topic, Array, Array]]) -> None:
+        """Append messages of several topics in the order of their times; their file is not split.
+
+        `parts`: topic, times of publication and receipt, ns, (n,), and serialised messages of one size, uint8, (n, size).
+        """
+        with self._bag_errors():
+            self._file.add_block([(topic.channel, times, messages) for topic, times, messages in parts])
+        for topic, times, _ in parts:
+            topic.count += len(times)
+            self.message_count += len(times)
 
     def flush(self) -> None:
         """Pass all messages to the operating system, so that they survive the end of this process."""
