@@ -1,8 +1,8 @@
-"""Two executors: one with a fast path for the few subscriptions that determine a node's rate, and one for real time.
+"""Two executors: one for real time, and one for lockstep with a fast path for the few subscriptions that determine the rate.
 
-rclpy's SingleThreadedExecutor builds a new wait set of all entities of a node for every single callback, services, timers and
-parameter events included, which costs more than the messages themselves. The direct one waits for the named subscriptions alone,
-takes all messages they hold, and serves everything else a fixed number of times a second.
+rclpy's SingleThreadedExecutor gathers all entities of a node anew for every wait, the event handlers of each publisher and
+subscription included, and runs each callback as a coroutine: half a millisecond, several times what most callbacks take. These
+two gather the entities when they have changed, take all messages that a subscription holds, and leave to rclpy what comes rarely.
 """
 
 import time
@@ -11,17 +11,21 @@ from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
 from rclpy.context import Context
+from rclpy.event_handler import EventHandler
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
+from rclpy.waitable import NumberOfEntities
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-
-SERVICE_PERIOD = 0.02  # longest delay of timers, services and other subscriptions, s
 BURST = 64  # messages taken from one subscription before the next is served
+LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
+BOUND = 0.002  # time after which timers and messages are served again while there are requests, s
+EVENT_PERIOD = 0.5  # longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s
+SERVICE_PERIOD = 0.02  # longest delay in lockstep of timers, services and other subscriptions than the direct ones, s
 
 
 def take_all(subscriptions: Sequence[Subscription]) -> bool:
@@ -43,104 +47,54 @@ def take_all(subscriptions: Sequence[Subscription]) -> bool:
     return found
 
 
-class DirectExecutor(SingleThreadedExecutor):
-    """Serves `subscriptions` as soon as they hold a message, and all other entities of its nodes every SERVICE_PERIOD.
+class Entities:
+    """What some nodes have to be served, and a wait set of it.
 
-    `subscriptions`: those served directly. The list may grow while the executor runs. `poll_period`: poll the subscriptions
-    with this period, s, so that many messages cost one wake-up; 0 waits for messages instead. `service_period`: time after
-    which everything else is served again, s. `polled`: further subscriptions, served with everything else.
+    `guard`: the executor's own guard condition, which `wake` triggers. `held`: keeps all handles from being destroyed, which the
+    C structures of a wait set rely on.
     """
 
-    def __init__(
-        self,
-        subscriptions: list[Subscription],
-        poll_period: float = 0.0,
-        context: Context | None = None,
-        service_period: float = SERVICE_PERIOD,
-        polled: list[Subscription] | None = None,
-    ) -> None:
-        super().__init__(context=context)
-        self._service_period = service_period
-        self._known: set[int] = set()
-        self._direct, self._polled = subscriptions, [] if polled is None else polled
-        self._poll_period = poll_period
-        self._next_service = 0.0
+    def __init__(self, nodes: Sequence["Node"], guard: Any, context: Any, held: ExitStack) -> None:
+        self.timers = [timer for node in nodes for timer in node.timers]
+        self.subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
+        guards = [guard, *(each for node in nodes for each in node.guards)]
+        # Actions; the events of publishers and subscriptions are many, and rare.
+        self._actions = [each for node in nodes for each in node.waitables if not isinstance(each, EventHandler)]
+        self._handles = {
+            "subscription": [each.handle for each in self.subscriptions],
+            "guard_condition": [each.handle for each in guards],
+            "timer": [each.handle for each in self.timers],
+            "client": [each.handle for node in nodes for each in node.clients],
+            "service": [each.handle for node in nodes for each in node.services],
+        }
+        for handle in (*self._actions, *(each for handles in self._handles.values() for each in handles)):
+            held.enter_context(handle)
+        counts = NumberOfEntities(*map(len, self._handles.values()))
+        for action in self._actions:
+            counts += action.get_num_entities()
+        self._wait_set = rclpy_implementation.WaitSet(*(getattr(counts, name) for name in counts.__slots__), context)
 
-    def spin_while(self, running: Callable[[], bool]) -> None:
-        """Serve callbacks until `running` returns False; an exception of a callback is raised here."""
-        with ExitStack() as held:
-            # Within its context a handle cannot be destroyed, which the C structures of the wait set rely on.
-            held.enter_context(self._context.handle)
-            wait_set = None
-            size = 0
-            while running() and self._context.ok():
-                if len(self._direct) != size:
-                    for subscription in self._direct[size:]:
-                        held.enter_context(subscription.handle)
-                    size = len(self._direct)
-                    wait_set = rclpy_implementation.WaitSet(size, 0, 0, 0, 0, 0, self._context.handle)
-                busy = take_all(self._direct) or self._wait(wait_set)
-                if not busy or time.monotonic() >= self._next_service:
-                    self._call([timer for node in self.get_nodes() for timer in node.timers])
-                    self._serve_rest()
-
-    def _call(self, timers: list[Timer]) -> None:
-        """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
-        for timer in timers:
-            due = False
-            with suppress(rclpy_implementation.InvalidHandle), timer.handle:  # the callback of another may have destroyed it
-                due = timer.handle.is_timer_ready()
-            if due:
-                timer.handle.call_timer()
-                timer.callback()
-
-    def _wait(self, wait_set: Any) -> bool:
-        """Wait for a message, at most for SERVICE_PERIOD; returns whether there may be one."""
-        if self._poll_period or wait_set is None:
-            time.sleep(self._poll_period or SERVICE_PERIOD)
-            return wait_set is not None
-        wait_set.clear_entities()
-        for subscription in self._direct:
-            wait_set.add_subscription(subscription.handle)
-        wait_set.wait(int(SERVICE_PERIOD * 1e9))
-        return bool(wait_set.get_ready_entities("subscription"))
-
-    def _serve_rest(self) -> None:
-        """Serve every other entity that is ready, but not for longer than a service period."""
-        self._known = {id(subscription) for subscription in (*self._direct, *self._polled)}
-        end = time.monotonic() + self._service_period
-        while take_all(self._polled) and time.monotonic() < end:
-            pass
-        end = time.monotonic() + self._service_period
-        with suppress(TimeoutException, ShutdownException):
-            while time.monotonic() < end:
-                handler, *_ = self.wait_for_ready_callbacks(timeout_sec=0.0)
-                handler()
-                handler.result()  # raises the exception of the callback
-        self._next_service = time.monotonic() + self._service_period
-
-    def can_execute(self, entity: Any) -> bool:
-        """Leave timers and direct subscriptions out of rclpy's wait set: building it for each would take most of the time."""
-        return not isinstance(entity, Timer) and id(entity) not in self._known and super().can_execute(entity)
+    def wait(self, longest: float) -> bool:
+        """Wait for any of them; returns whether there is something besides messages and timers."""
+        self._wait_set.clear_entities()  # it forgets them with each wait
+        for kind, handles in self._handles.items():
+            add = getattr(self._wait_set, f"add_{kind}")
+            for handle in handles:
+                add(handle)
+        for action in self._actions:
+            action.add_to_wait_set(self._wait_set)
+        self._wait_set.wait(int(longest * 1e9))
+        rest = any(map(self._wait_set.get_ready_entities, ("guard_condition", "client", "service")))
+        return rest or any(action.is_ready(self._wait_set) for action in self._actions)
 
 
-LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
-BOUND = 0.002  # time after which timers and messages are served again while there are requests, s
-EVENT_PERIOD = 0.5  # longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s
-ACTION_PERIOD = 0.05  # longest delay of actions, s
-
-
-class PromptExecutor(DirectExecutor):
-    """Serves timers, messages, service requests and responses as they come, and quality-of-service events now and then.
-
-    rclpy's SingleThreadedExecutor gathers all entities of a node anew for every wait, the event handlers of each publisher and
-    subscription included, and runs each callback as a coroutine: half a millisecond, several times what the callback takes. This
-    one gathers them when they have changed.
-    """
+class PromptExecutor(SingleThreadedExecutor):
+    """Serves timers, messages, requests, responses and actions as they come, and quality-of-service events now and then."""
 
     def __init__(self, context: Context | None = None) -> None:
-        super().__init__([], context=context, service_period=BOUND)
+        super().__init__(context=context)
         self._changed = True
+        self._next_events = 0.0
 
     def wake(self) -> None:
         """Take note that a node has created or destroyed something."""
@@ -156,54 +110,94 @@ class PromptExecutor(DirectExecutor):
 
         `longest_wait`: time after which a wait in which nothing comes ends, s.
         """
+
+        def unchanged() -> bool:
+            return not self._changed and running() and self._context.ok()
+
         while running() and self._context.ok():
             self._changed = False
             with ExitStack() as held:
-                self._spin_unchanged(running, int(longest_wait * 1e9), held)
+                held.enter_context(self._context.handle)
+                entities = Entities(self.get_nodes(), self._guard, self._context.handle, held)
+                self._spin(unchanged, entities, longest_wait)
 
-    def _spin_unchanged(self, running: Callable[[], bool], longest_wait: int, held: ExitStack) -> None:
+    def _spin(self, unchanged: Callable[[], bool], entities: Entities, longest_wait: float) -> None:
         """Serve callbacks until one of them has created or destroyed something."""
-        held.enter_context(self._context.handle)
-        timers, self._direct, others = _entities(self.get_nodes())
-        guards = [self._guard.handle, *others["guards"]]
-        handles = [timer.handle for timer in timers], others["clients"], others["services"]
-        messages = [subscription.handle for subscription in self._direct]
-        # Within its context a handle cannot be destroyed, which the C structures of the wait set rely on.
-        for handle in (*messages, *guards, *(each for kind in handles for each in kind)):
-            held.enter_context(handle)
-        wait_set = rclpy_implementation.WaitSet(len(messages), len(guards), *map(len, handles), 0, self._context.handle)
-        # Not in this wait set: an action notes its places in the wait set that it was added to last, which has to be rclpy's own.
-        waitables = [each.get_num_entities() for node in self.get_nodes() for each in node.waitables]
-        period = ACTION_PERIOD if any(count.num_services or count.num_clients for count in waitables) else EVENT_PERIOD
-        while not self._changed and running() and self._context.ok():
-            _fill(wait_set, messages, guards, *handles)
-            wait_set.wait(longest_wait)
-            rest = any(map(wait_set.get_ready_entities, ("guard_condition", "client", "service")))
-            self._call(timers)
+        while unchanged():
+            rest = entities.wait(longest_wait)
+            self._call(entities.timers)
             if not self._changed:
-                take_all(self._direct)
-            if rest or time.monotonic() >= self._next_service:
-                self._serve_rest()
-                self._next_service = time.monotonic() + period
+                take_all(entities.subscriptions)
+            self._serve_rest(rest, BOUND)
+
+    def _call(self, timers: list[Timer]) -> None:
+        """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
+        for timer in timers:
+            due = False
+            with suppress(rclpy_implementation.InvalidHandle), timer.handle:  # the callback of another may have destroyed it
+                due = timer.handle.is_timer_ready()
+            if due:
+                timer.handle.call_timer()
+                timer.callback()
+
+    def _serve_rest(self, rest: bool, bound: float) -> None:
+        """Serve by rclpy what is neither a message nor a timer, if there is some or events are due, for a time of `bound`."""
+        now = time.monotonic()
+        if not rest and now < self._next_events:
+            return
+        with suppress(TimeoutException, ShutdownException):
+            while time.monotonic() < now + bound:
+                handler, *_ = self.wait_for_ready_callbacks(timeout_sec=0.0)
+                handler()
+                handler.result()  # raises the exception of the callback
+        self._next_events = time.monotonic() + EVENT_PERIOD
 
 
-def _entities(nodes: "list[Node]") -> tuple[list[Timer], list[Subscription], dict[str, list[Any]]]:
-    """The timers and subscriptions of some nodes, and the handles of what else a wait set takes."""
-    timers = [timer for node in nodes for timer in node.timers]
-    subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
-    others = {kind: [each.handle for node in nodes for each in getattr(node, kind)] for kind in ("guards", "clients", "services")}
-    return timers, subscriptions, others
+class DirectExecutor(PromptExecutor):
+    """Serves some subscriptions as soon as they hold a message, and all else of its nodes every `service_period`.
 
+    `subscriptions`: those served directly. The list may grow while the executor runs. `poll_period`: poll the subscriptions
+    with this period, s, so that many messages cost one wake-up; 0 waits for messages instead.
+    """
 
-def _fill(wait_set: Any, messages: Any, guards: Any, timers: Any, clients: Any, services: Any) -> None:
-    """Add handles to a wait set, which forgets them with each wait."""
-    wait_set.clear_entities()
-    for add, handles in (
-        (wait_set.add_subscription, messages),
-        (wait_set.add_guard_condition, guards),
-        (wait_set.add_timer, timers),
-        (wait_set.add_client, clients),
-        (wait_set.add_service, services),
-    ):
-        for handle in handles:
-            add(handle)
+    def __init__(
+        self,
+        subscriptions: list[Subscription],
+        poll_period: float = 0.0,
+        context: Context | None = None,
+        service_period: float = SERVICE_PERIOD,
+    ) -> None:
+        super().__init__(context=context)
+        self._service_period = service_period
+        self._subscriptions = subscriptions
+        self._poll_period = poll_period
+
+    def _spin(self, unchanged: Callable[[], bool], entities: Entities, longest_wait: float) -> None:
+        """Serve callbacks until one of them has created or destroyed something."""
+        direct = tuple(self._subscriptions)
+        known = set(map(id, direct))
+        others = [each for each in entities.subscriptions if id(each) not in known]
+        wait_set = rclpy_implementation.WaitSet(len(direct), 0, 0, 0, 0, 0, self._context.handle)
+        next_service = 0.0
+        while unchanged():
+            busy = take_all(direct) or self._wait(wait_set, direct, longest_wait)
+            if busy and time.monotonic() < next_service:
+                continue
+            rest = entities.wait(0.0)
+            self._call(entities.timers)
+            end = time.monotonic() + self._service_period
+            while not self._changed and take_all(others) and time.monotonic() < end:
+                pass
+            self._serve_rest(rest, self._service_period)
+            next_service = time.monotonic() + self._service_period
+
+    def _wait(self, wait_set: Any, direct: Sequence[Subscription], longest: float) -> bool:
+        """Wait for a message; returns whether there may be one."""
+        if self._poll_period or not direct:
+            time.sleep(self._poll_period or SERVICE_PERIOD)
+            return bool(direct)
+        wait_set.clear_entities()
+        for subscription in direct:
+            wait_set.add_subscription(subscription.handle)
+        wait_set.wait(int(min(longest, SERVICE_PERIOD) * 1e9))
+        return bool(wait_set.get_ready_entities("subscription"))

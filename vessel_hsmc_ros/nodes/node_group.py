@@ -44,13 +44,12 @@ def executor_of(nodes: Sequence[VesselNode]) -> DirectExecutor:
     Those that poll are not among the nodes that a step waits for: they are served when the others are idle, and with the timers.
     """
     shared: Any = []
-    polled: Any = []
     for node in nodes:  # a subscription that a node creates later is appended to the list that the executor serves
-        served = polled if node.POLL_PERIOD else shared
-        served += node.direct_subscriptions
-        node.direct_subscriptions = node.connections.subscriptions = served
+        if not node.POLL_PERIOD:
+            shared += node.direct_subscriptions
+            node.direct_subscriptions = node.connections.subscriptions = shared
     period = SERVICE_PERIOD * max(1.0, len(nodes) / NODES_SERVED)
-    executor = DirectExecutor(shared, context=nodes[0].context, service_period=period, polled=polled)
+    executor = DirectExecutor(shared, context=nodes[0].context, service_period=period)
     for node in nodes:
         executor.add_node(node)
     return executor
