@@ -6,12 +6,15 @@ from typing import Any
 
 from geometry_msgs.msg import AccelStamped, WrenchStamped
 from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.hull import vessel_name
-from vessel_hsmc_ros.core.timing import RateGrid, seconds
+from vessel_hsmc_ros.core.timing import NANOSECONDS, RateGrid, seconds
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.codec import Draft
+from vessel_hsmc_ros.messages.conversions import Outgoing
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
@@ -31,22 +34,19 @@ class GroundTruth:
         self._node, self._plant = node, plant
         self._disturbance_out = node.advertise(WrenchStamped, "disturbance", profile)
         self._dynamics_out = node.advertise(AccelStamped, "dynamics/truth", profile)
-        self._disturbance, self._dynamics = node.framed(conversions.new_wrench()), node.framed(conversions.new_acceleration())
+        self._disturbance = Outgoing(node.framed(conversions.new_wrench()), conversions.BODY_WRENCH)
+        self._dynamics = Outgoing(node.framed(conversions.new_acceleration()), conversions.ACCELERATION)
         if not plant.odometry_is_true:
             self._state_out = node.advertise(Odometry, "odom/truth", profile)
-            self._state = node.framed(conversions.new_odometry())
+            self._state = Outgoing(node.framed(conversions.new_odometry()), conversions.ODOMETRY)
 
     def publish(self, stamp: int, time: float) -> Wrench:
         """Publish the ground truth of a step."""
-        at = conversions.time_message(stamp)
         load = self._plant.disturbance(time)
-        conversions.write_body_wrench(self._disturbance, at, load)
-        self._node.send(self._disturbance_out, self._disturbance)
-        conversions.write_acceleration(self._dynamics, at, self._plant.unforced_acceleration())
-        self._node.send(self._dynamics_out, self._dynamics)
+        self._node.send(self._disturbance_out, self._disturbance(stamp, load))
+        self._node.send(self._dynamics_out, self._dynamics(stamp, self._plant.unforced_acceleration()))
         if not self._plant.odometry_is_true:
-            conversions.write_odometry(self._state, at, self._plant.state)
-            self._node.send(self._state_out, self._state)
+            self._node.send(self._state_out, self._state(stamp, self._plant.state))
         return load
 
 
@@ -95,8 +95,9 @@ class VesselSimNode(VesselNode):
         follows = lockstep and self.parameters.clock.source == "follow"
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", profile, partner="/clock" if follows else ())
         self._truth = GroundTruth(self, self._plant, profile)
-        self._odometry, self._clock_message = self.framed(conversions.new_odometry()), Clock()
-        self._applied = self.framed(conversions.new_wrench())
+        self._odometry = Outgoing(self.framed(conversions.new_odometry()), conversions.ODOMETRY)
+        self._applied = Outgoing(self.framed(conversions.new_wrench()), conversions.BODY_WRENCH)
+        self._tick = Draft(Clock(), ("clock.sec", "clock.nanosec"))
         self.connections.allow_one_publisher("odom")
         self._publish_transform = transform_publisher(self)
         self._clock_out: Any = None
@@ -144,12 +145,12 @@ class VesselSimNode(VesselNode):
         self.stamp = self._pace.stamp(self._step)
         measured = self._plant.measured(self._grid.stamp(self._step))
         measured_at = self._pace.stamp(self._step - self._plant.periods_late)
-        conversions.write_odometry(self._odometry, conversions.time_message(measured_at), measured)
-        self.send(self._odometry_out, self._odometry)
-        self._publish_transform(self._odometry)
+        odometry = self._odometry(measured_at, measured)
+        self.send(self._odometry_out, odometry)
+        if self.parameters.publish_tf:
+            self._publish_transform(deserialize_message(odometry, Odometry))
         if self._clock_out:
-            self._clock_message.clock = conversions.time_message(self.stamp)
-            self.send(self._clock_out, self._clock_message)
+            self.send(self._clock_out, self._tick(divmod(self.stamp, NANOSECONDS)))
 
     def _publish_truth(self) -> None:
         """Publish what no sensor measures, and keep the disturbance of this step."""
@@ -158,7 +159,7 @@ class VesselSimNode(VesselNode):
     def _finish_step(self, command: Any) -> None:
         """Apply a command to the present step and advance to the next; odometry first, because the controller waits for it."""
         wrench = self._drive.apply(self._plant, command)
-        finished, stamp = self.stamp, conversions.time_message(self.stamp)
+        finished = self.stamp
         last = self._step >= self._last_step
         if not last:
             self._plant.advance(wrench, self._load)
@@ -167,8 +168,7 @@ class VesselSimNode(VesselNode):
                 self._publish_motion()
             if self._limited_hull and not self._outside:
                 self._check_speeds()
-        conversions.write_body_wrench(self._applied, stamp, wrench)
-        self.send(self._applied_out, self._applied)
+        self.send(self._applied_out, self._applied(finished, wrench))
         if self._fleet and last:
             self._fleet.wait_for_end(finished, self._finish)
         elif self._fleet:

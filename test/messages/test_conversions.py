@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from bag_making import STATUS, STORE, message
 from message_reading import read_acceleration, read_control_state, read_disturbance
+from rclpy.serialization import deserialize_message
+from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.control.interface.law import diagnosed
 from vessel_hsmc_ros.control.laws import make_controller
@@ -52,7 +54,8 @@ def test_wrenches_and_accelerations_are_written_in_the_body_frame() -> None:
     control, disturbance, acceleration = conversions.new_wrench(), conversions.new_wrench(), conversions.new_acceleration()
     conversions.write_wrench(control, stamp, (1e5, -2e6))
     conversions.write_body_wrench(disturbance, stamp, (1.0, 2.0, 3.0))
-    conversions.write_acceleration(acceleration, stamp, (0.1, 0.2, 0.3))
+    data = conversions.Outgoing(acceleration, conversions.ACCELERATION)(STAMP, (0.1, 0.2, 0.3))
+    acceleration = deserialize_message(data, type(acceleration))
     assert conversions.read_wrench(control) == (1e5, -2e6)
     assert read_disturbance(control) == (1e5, 0.0, -2e6)
     assert read_disturbance(disturbance) == (1.0, 2.0, 3.0)
@@ -62,8 +65,8 @@ def test_wrenches_and_accelerations_are_written_in_the_body_frame() -> None:
 
 def test_the_terms_of_a_law_are_written_into_fields_of_the_same_name() -> None:
     _, terms = make_controller("hierarchical_printed", period=0.01).update(0.0, STATE, STATE + 1.0, ACCELERATION)
-    state = conversions.new_control_state()
-    conversions.write_terms(state, conversions.time_message(STAMP), diagnosed(terms, None, 0.01))
+    outgoing = conversions.Outgoing(conversions.new_control_state(), conversions.CONTROL_STATE)
+    state = deserialize_message(outgoing(STAMP, diagnosed(terms, None, 0.01), 1, 0, 0.0, 0), ControlState)
     written = read_control_state(state)
     for name, value in diagnosed(terms, None, 0.01)._asdict().items():
         np.testing.assert_array_equal(written[name], value)

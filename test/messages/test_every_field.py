@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message
+from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -91,7 +93,7 @@ def test_wrenches_and_accelerations_have_each_component_in_its_place() -> None:
     own = {"wrench.force.x": 3.0, "wrench.force.y": 5.0, "wrench.torque.z": -4.0}
     assert changed(message, type(message)) == {**STAMPED, **frame, **own}
     message = conv.new_acceleration()
-    conv.write_acceleration(message, conv.time_message(STAMP), (0.3, 0.5, -0.4))
+    message = deserialize_message(conv.Outgoing(message, conv.ACCELERATION)(STAMP, (0.3, 0.5, -0.4)), type(message))
     own = {"accel.linear.x": 0.3, "accel.linear.y": 0.5, "accel.angular.z": -0.4}
     assert changed(message, type(message)) == {**STAMPED, **frame, **own}
 
@@ -102,8 +104,9 @@ def test_a_control_state_has_each_term_under_its_name() -> None:
         name: np.array([numbers[name], -1.0]) if isinstance(default, np.ndarray) else default is False or numbers[name]
         for name, default in Terms._field_defaults.items()
     }
-    message = conv.new_control_state()
-    conv.write_terms(message, conv.time_message(STAMP), Terms(**values))
+    data = conv.Outgoing(conv.new_control_state(), conv.CONTROL_STATE)(STAMP, Terms(**values), 1, 2, 0.5, 3)
+    message = deserialize_message(data, ControlState)
+    assert (message.reason, message.compute_time, message.missed_periods) == (2, 0.5, 3)
     assert (message.header.frame_id, message.operation) == ("base_link", message.ACTIVE)
     assert conv.nanoseconds(message.header.stamp) == STAMP
     for name, value in values.items():

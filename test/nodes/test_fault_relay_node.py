@@ -8,6 +8,7 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core import schema
@@ -163,9 +164,9 @@ def _tap(node: Any, found: dict[str, list[Any]]) -> None:
 
     def noting(publisher: Any, message: Any) -> None:
         if publisher.topic_name == "/odom":
-            found["/odom"].append(conv.read_odometry(message))
+            found["/odom"].append(conv.read_odometry(deserialize_message(message, Odometry)))
         elif publisher.topic_name == "/applied_wrench":
-            found["/applied_wrench"].append(conv.read_wrench(message))
+            found["/applied_wrench"].append(conv.read_wrench(deserialize_message(message, WrenchStamped)))
         send(publisher, message)
 
     node.send = noting

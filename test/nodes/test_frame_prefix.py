@@ -2,8 +2,11 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import TwistStamped, WrenchStamped
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, NavSatFix
 from std_msgs.msg import Float64
 from stepped_node import SteppedNode
@@ -14,6 +17,7 @@ from vessel_hsmc_ros.boats import drive, takeover, watchdog
 from vessel_hsmc_ros.boats.drive import DriveNode
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
 from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import commands
 from vessel_hsmc_ros.nodes.controller import ControllerNode
@@ -125,6 +129,9 @@ def test_of_a_reference_also_after_a_goal_and_a_reset(bench: Any, monkeypatch: p
 
 def test_of_a_controller_with_an_observer(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     made = Vessel(bench, monkeypatch, ControllerNode, observer__enabled=True, law="guided")
-    messages = (made.node._command, made.node._state, made.node._estimate)
-    assert [message.header.frame_id for message in messages] == [f"{PREFIX}{name}" for name in ("base_link", "base_link", "odom")]
-    assert made.node._estimate.child_frame_id == f"{PREFIX}base_link"
+    command = deserialize_message(made.node._command(0, (0.0, 0.0)), WrenchStamped)
+    state = deserialize_message(made.node._state(0, Terms(), 1, 0, 0.0, 0), ControlState)
+    estimate = deserialize_message(made.node._estimate(0, np.zeros(6)), Odometry)
+    frames = [message.header.frame_id for message in (command, state, estimate)]
+    assert frames == [f"{PREFIX}{name}" for name in ("base_link", "base_link", "odom")]
+    assert estimate.child_frame_id == f"{PREFIX}base_link"

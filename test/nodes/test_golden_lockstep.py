@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from golden.record import deviations, load, rows
+from rclpy.serialization import deserialize_message
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import conversions as conv
@@ -28,7 +29,7 @@ def tap(node: Any, found: Any) -> Any:
 
     def noting(publisher: Any, message: Any) -> Any:
         if publisher.topic_name in TAPPED:
-            found[publisher.topic_name].append(TAPPED[publisher.topic_name](message))
+            found[publisher.topic_name].append(TAPPED[publisher.topic_name](deserialize_message(message, publisher.msg_type)))
         send(publisher, message)
 
     node.send = noting

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rclpy.serialization import deserialize_message
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import conversions as conv
@@ -39,7 +40,7 @@ def _tap(node: Any, found: list[Any]) -> None:
 
     def noting(publisher: Any, message: Any) -> None:
         if publisher.topic_name == "/odom":
-            found.append(conv.read_odometry(message))
+            found.append(conv.read_odometry(deserialize_message(message, publisher.msg_type)))
         send(publisher, message)
 
     node.send = noting

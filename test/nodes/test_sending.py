@@ -27,7 +27,7 @@ class Sending:
         self.kept: list[str] = []
         box = SimpleNamespace(keep=lambda topic, *_: self.kept.append(topic)) if black_box else None
         self.node: Any = SimpleNamespace(black_box=box)
-        self.publisher: Any = SimpleNamespace(topic_name="/odom", publish=self._publish)
+        self.publisher: Any = SimpleNamespace(topic_name="/odom", msg_type=None, publish=self._publish)
 
     def _publish(self, message: Any) -> None:
         if self.time.seconds < self.full_until:

@@ -161,7 +161,7 @@ def test_a_pose_and_a_twist_of_one_stamp_make_a_measurement_in_either_order(
         pose.header.stamp = twist.header.stamp = conv.time_message(stamp)
         pose.header.frame_id = "map"
         conv.write_pose(pose.pose if form == "pose_twist" else pose.pose.pose, state)
-        conv.write_twist(twist.twist, np.array([*state[:3], 1e-9 * stamp, *state[4:]]))
+        twist.twist.linear.x, twist.twist.linear.y, twist.twist.angular.z = 1e-9 * stamp, *map(float, state[4:])
         for publisher, message in ((poses, pose), (twists, twist))[:: 1 if pose_first else -1]:
             publisher.publish(message)
 

@@ -7,6 +7,9 @@ from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
+from geometry_msgs.msg import WrenchStamped
+from rclpy.serialization import deserialize_message
+
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.core.exceptions import ControlError
@@ -112,7 +115,8 @@ class ControllerWithoutRos(ControllerNode):
         self._violations: Counter[Any] = Counter()
         self._known = self.loop.law.known
         self.health = ControlDiagnostics(self.loop, False)
-        self._command, self._state = conv.new_wrench(), conv.new_control_state()
+        self._command = conv.Outgoing(conv.new_wrench(), conv.WRENCH)
+        self._state = conv.Outgoing(conv.new_control_state(), conv.CONTROL_STATE)
         self._command_out, self._state_out = Ignoring(), self
         self._commanding: Any = Ignoring()
 
@@ -139,6 +143,7 @@ class ControllerWithoutRos(ControllerNode):
 
     def send(self, publisher: Any, message: Any) -> None:
         if publisher is self._command_out:
+            message = deserialize_message(message, WrenchStamped)
             wrench = conv.read_wrench(message)
             assert all(map(math.isfinite, wrench))
             self.sent.append((conv.nanoseconds(message.header.stamp), wrench))

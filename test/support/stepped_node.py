@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.messages import conversions as conv
@@ -64,6 +65,8 @@ class SteppedNode:
         monkeypatch.setattr(self.node, "send", self._note)
 
     def _note(self, publisher: Any, message: Any) -> None:
+        if isinstance(message, bytes):
+            message = deserialize_message(message, publisher.msg_type)
         self.sent.append((publisher.topic_name[1:], deepcopy(message)))  # nodes fill in the same message again
 
     def change(self, **values: Any) -> None:

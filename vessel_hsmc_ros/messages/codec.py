@@ -6,7 +6,7 @@ bytes are those of rclpy. A message that is read is a tuple of tuples with the f
 
 import struct
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import lru_cache, partial
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -76,22 +76,33 @@ def _format(leaves: Sequence[Leaf], lengths: Sequence[int]) -> str:
 
 
 class Encoder:
-    """Serialises messages of a type."""
+    """Serialises messages of a type.
+
+    Attributes:
+        names: Of its leaves, dotted.
+        values: Returns the values of a message's leaves.
+    """
 
     def __init__(self, kind: Any) -> None:
         self._leaves = tuple(_leaves(kind))
+        self.names = [leaf.name.replace("_", "", 1).replace("._", ".") for leaf in self._leaves]
         names = [leaf.name for leaf in self._leaves]
-        self._values: Callable[[Any], Any] = attrgetter(*names)
+        self.values: Callable[[Any], Any] = attrgetter(*names)
         if len(names) == 1:
-            self._values = lambda message: (getattr(message, names[0]),)
+            self.values = lambda message: (getattr(message, names[0]),)
         lists = [(i, leaf) for i, leaf in enumerate(self._leaves) if leaf.varies or leaf.elements is not None]
         self._lists = [(i, not leaf.code, leaf.varies) for i, leaf in lists]
         self._formats: dict[tuple[int, ...], struct.Struct] = {}
 
     def __call__(self, message: Any) -> bytes:
         """The serialised form of a message."""
+        return self.pack(self.values(message))
+
+    def pack(self, values: Sequence[Any]) -> bytes:
+        """The serialised form of a message, given by the values of its leaves."""
         given: list[Any] = [LITTLE_ENDIAN]
-        values, lengths, done = self._values(message), [], 0
+        lengths: list[int] = []
+        done = 0
         for i, text, varies in self._lists:
             given += values[done:i]
             value = values[i]
@@ -106,6 +117,24 @@ class Encoder:
         if (made := self._formats.get(key)) is None:
             made = self._formats[key] = struct.Struct(_format(self._leaves, key))
         return made.pack(*given, *values[done:])
+
+
+class Draft:
+    """Serialises messages that differ from one of their type in some fields only: no message is filled for each.
+
+    `message`: has the values of all other fields. `names`: dotted names of the fields that differ.
+    """
+
+    def __init__(self, message: Any, names: Sequence[str]) -> None:
+        encode = Encoder(type(message))
+        self._pack, self._values = encode.pack, list(encode.values(message))
+        self._places = [encode.names.index(name) for name in names]
+
+    def __call__(self, values: Iterable[Any]) -> bytes:
+        """The serialised form of a message with some values of its fields that differ."""
+        for place, value in zip(self._places, values, strict=True):
+            self._values[place] = value
+        return self._pack(self._values)
 
 
 class Decoder:

@@ -1,32 +1,31 @@
 """Conversions between ROS messages and NumPy arrays.
 
-The `write_` functions fill a message that the caller keeps, because creating a message costs more than filling it. The `read_`
-functions accept any object with the fields of the message: one of rclpy's, or one that a bag reader has deserialised without
-ROS. ROS is imported only where a message is created.
+The `write_` functions fill a message that the caller keeps, because creating a message costs more than filling it; an `Outgoing`
+serialises without one, which costs less still. The `read_` functions accept any object with the fields of the message: one of
+rclpy's, or one that a bag reader has deserialised without ROS. ROS is imported only where a message is created.
 
 Frames follow REP-103: poses in the ENU frame `odom`, velocities and wrenches in the FLU frame `base_link`.
 """
 
 from __future__ import annotations
 
-import array
 import functools
 import math
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.core.exceptions import GoalError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, heading_from_quaternion, quaternion_from_heading
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+from vessel_hsmc_ros.messages.codec import Draft
 from vessel_hsmc_ros.messages.raw import message_class
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from builtin_interfaces.msg import Time
-    from geometry_msgs.msg import AccelStamped, PoseStamped, Twist, WrenchStamped
+    from geometry_msgs.msg import AccelStamped, PoseStamped, WrenchStamped
     from nav_msgs.msg import Odometry
     from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
@@ -97,86 +96,111 @@ def new_control_state() -> ControlState:
     return message
 
 
-def write_pose(pose: Any, state: Motion | Array) -> None:
-    """Write x, y, psi of a state into a geometry_msgs/Pose."""
+class Content(NamedTuple):
+    """The fields of a stamped message that change, by their dotted names, and a function that returns their values."""
+
+    names: tuple[str, ...]
+    values: Callable[..., Sequence[Any]]
+
+
+def _names(group: str, *names: str) -> tuple[str, ...]:
+    return tuple(f"{group}.{name}" for name in names)
+
+
+_STAMP = ("header.stamp.sec", "header.stamp.nanosec")
+_POSE = ("position.x", "position.y", "orientation.z", "orientation.w")
+_TWIST = ("linear.x", "linear.y", "angular.z")
+
+
+def _pose_values(state: Motion | Array) -> tuple[float, ...]:
     # A rotation about the vertical axis: x and y of the quaternion keep their default, 0. rclpy accepts Python floats only.
-    pose.position.x, pose.position.y = float(state[0]), float(state[1])
-    pose.orientation.z, pose.orientation.w = quaternion_from_heading(float(state[2]))
+    return float(state[0]), float(state[1]), *quaternion_from_heading(float(state[2]))
 
 
-def write_twist(twist: Twist, state: Motion | Array) -> None:
-    """Write u, v, r of a state into a geometry_msgs/Twist."""
-    twist.linear.x, twist.linear.y, twist.angular.z = float(state[3]), float(state[4]), float(state[5])
+def _twist_values(state: Motion | Array) -> tuple[float, ...]:
+    return float(state[3]), float(state[4]), float(state[5])
+
+
+def _motion_values(state: Motion | Array) -> tuple[float, ...]:
+    return _pose_values(state) + _twist_values(state)
+
+
+def _reference_values(state: Array, acceleration: Array) -> tuple[float, ...]:
+    return *_motion_values(state), float(acceleration[0]), float(acceleration[1]), float(acceleration[2])
+
+
+def _control_values(terms: Terms, operation: int, reason: int, compute_time: float, missed_periods: int) -> tuple[Any, ...]:
+    return *terms, operation, reason, compute_time, missed_periods
+
+
+ODOMETRY = Content((*_names("pose.pose", *_POSE), *_names("twist.twist", *_TWIST)), _motion_values)
+"""Of a state x, y, psi, u, v, r, (6,)."""
+
+REFERENCE = Content((*_names("pose", *_POSE), *_names("twist", *_TWIST), *_names("acceleration", *_TWIST)), _reference_values)
+"""Of a state, (6,), and of surge, sway and yaw acceleration in the body frame, (3,)."""
+
+POSE = Content(_names("pose", *_POSE), _pose_values)
+"""Of a state, (6,), or its pose."""
+
+WRENCH = Content(_names("wrench", "force.x", "torque.z"), tuple)
+"""Of surge force, N, and yaw moment, N·m."""
+
+BODY_WRENCH = Content(_names("wrench", "force.x", "force.y", "torque.z"), tuple)
+"""Of surge and sway force, N, and yaw moment, N·m, such as a disturbance."""
+
+ACCELERATION = Content(_names("accel", *_TWIST), tuple)
+"""Of the accelerations of surge, sway and yaw in the body frame."""
+
+CONTROL_STATE = Content((*Terms._fields, "operation", "reason", "compute_time", "missed_periods"), _control_values)
+"""Of the terms of the law, each in the field of the same name, and of the other fields of the message."""
+
+
+class Outgoing:
+    """Serialises stamped messages of one content. `message`: has the fields that do not change, such as the frames."""
+
+    def __init__(self, message: Any, content: Content) -> None:
+        self._draft, self._values = Draft(message, (*_STAMP, *content.names)), content.values
+
+    def __call__(self, stamp: int, *given: Any) -> bytes:
+        """The serialised message with a stamp, ns, and the values of what is given."""
+        return self._draft((*divmod(stamp, NANOSECONDS), *self._values(*given)))
+
+
+def _write(message: Any, stamp: Time, content: Content, *given: Any) -> None:
+    message.header.stamp = stamp
+    for name, value in zip(content.names, content.values(*given), strict=True):
+        group, _, leaf = name.rpartition(".")
+        setattr(attrgetter(group)(message) if group else message, leaf, value)
 
 
 def write_odometry(message: Odometry, stamp: Time, state: Motion | Array) -> None:
-    """Write a state into an odometry message.
-
-    `message`: from `new_odometry`. `state`: x, y, psi, u, v, r, shape (6,).
-    """
-    message.header.stamp = stamp
-    write_pose(message.pose.pose, state)
-    write_twist(message.twist.twist, state)
+    """Write a state into a message from `new_odometry`."""
+    _write(message, stamp, ODOMETRY, state)
 
 
 def write_reference(message: ReferenceState, stamp: Time, state: Array, acceleration: Array) -> None:
-    """Write a reference into its message.
+    """Write a state and an acceleration into a message from `new_reference`."""
+    _write(message, stamp, REFERENCE, state, acceleration)
 
-    `message`: from `new_reference`. `state`: x, y, psi, u, v, r, shape (6,). `acceleration`: surge, sway and yaw acceleration
-    in the body frame, shape (3,).
-    """
-    message.header.stamp = stamp
-    write_pose(message.pose, state)
-    write_twist(message.twist, state)
-    a = message.acceleration
-    a.linear.x, a.linear.y, a.angular.z = float(acceleration[0]), float(acceleration[1]), float(acceleration[2])
+
+def write_pose(pose: Any, state: Motion | Array) -> None:
+    """Write x, y, psi of a state into a geometry_msgs/Pose."""
+    pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w = _pose_values(state)
 
 
 def write_pose_stamped(message: PoseStamped, stamp: Time, state: Array) -> None:
-    """Write the pose of a state into a stamped pose.
-
-    `message`: from `new_pose`. `state`: x, y, psi, u, v, r, shape (6,).
-    """
-    message.header.stamp = stamp
-    write_pose(message.pose, state)
+    """Write the pose of a state into a message from `new_pose`."""
+    _write(message, stamp, POSE, state)
 
 
 def write_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float]) -> None:
-    """Write a control wrench into a wrench message.
-
-    `message`: from `new_wrench`. `wrench`: surge force, N, and yaw moment, N·m.
-    """
-    message.header.stamp = stamp
-    message.wrench.force.x, message.wrench.torque.z = wrench
+    """Write a control wrench into a message from `new_wrench`."""
+    _write(message, stamp, WRENCH, wrench)
 
 
 def write_body_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float, float]) -> None:
-    """Write a wrench with a sway force, such as a disturbance, into a wrench message.
-
-    `message`: from `new_wrench`. `wrench`: surge and sway force, N, and yaw moment, N·m.
-    """
-    message.header.stamp = stamp
-    message.wrench.force.x, message.wrench.force.y, message.wrench.torque.z = wrench
-
-
-def write_acceleration(message: AccelStamped, stamp: Time, acceleration: tuple[float, float, float]) -> None:
-    """Write an acceleration into its message.
-
-    `message`: from `new_acceleration`. `acceleration`: of surge, sway and yaw, in the body frame.
-    """
-    message.header.stamp = stamp
-    message.accel.linear.x, message.accel.linear.y, message.accel.angular.z = acceleration
-
-
-def write_terms(message: ControlState, stamp: Time, terms: Terms) -> None:
-    """Write the terms of the control law into a control-state message, each into the field of the same name.
-
-    `message`: from `new_control_state`. `terms`: the law's surfaces, errors, network outputs and weights.
-    """
-    message.header.stamp = stamp
-    for name, value in zip(Terms._fields, terms, strict=True):
-        # rclpy checks every element of other sequences; array.array is its own type for float64[].
-        setattr(message, name, array.array("d", value.tobytes()) if isinstance(value, np.ndarray) else value)
+    """Write a wrench with a sway force into a message from `new_wrench`."""
+    _write(message, stamp, BODY_WRENCH, wrench)
 
 
 def read_odometry(message: Any) -> Motion:

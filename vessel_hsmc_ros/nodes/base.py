@@ -208,7 +208,7 @@ class VesselNode(Node, metaclass=Whole):
             else:
                 break
         if self.black_box:
-            self.black_box.keep(publisher.topic_name, message, data)
+            self.black_box.keep(publisher.topic_name, publisher.msg_type, data)
 
     def describe(self) -> str:
         """The node's task and its main parameters, for the line that it logs at its start; empty by default."""

@@ -52,14 +52,15 @@ class BlackBox:
         self._ending = threading.Event()
 
     def keep(self, topic: str, message: Any, data: bytes = b"") -> None:
-        """Keep a message of a topic, given by its full name; `data` is its serialised form, where that is known."""
+        """Keep a message of a topic, given by its full name; where `data`, its serialised form, is known, its type suffices."""
+        kind = raw.type_name(message if isinstance(message, type) else type(message))
         data = data or serialize_message(message)
         if len(data) > MEMORY:  # it would displace all others
             text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(data) / 1e6:.0f} MB)"
             self._node.get_logger().warning(f"{text}: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
-        self._kept.append((now, (self._stamp(), topic, raw.type_name(type(message)), data)))
+        self._kept.append((now, (self._stamp(), topic, kind, data)))
         self._size += len(data)
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
             self._size -= len(self._kept.popleft()[1][-1])

@@ -10,7 +10,6 @@ from vessel_hsmc_ros.control.laws.hierarchical_parameters import sway_warning
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
-from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference
@@ -150,8 +149,7 @@ class ControllerNode(CommandingNode):
             self.loop.supervision.stop(Reason.SHUTTING_DOWN)
             now = self.now()
             for number in range(LAST_COMMANDS):  # a second command of one stamp would be refused with an error
-                conversions.write_wrench(self._command, conversions.time_message(now + number), NO_WRENCH)
-                self.send(self._command_out, self._command)
+                self.send(self._command_out, self._command(now + number, NO_WRENCH))
             self._command_out.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_LIMITS["real time"]))
         super().close()
 

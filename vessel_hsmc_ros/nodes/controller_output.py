@@ -22,6 +22,7 @@ from vessel_hsmc_ros.control.safety.samples import hull_problem
 from vessel_hsmc_ros.control.safety.supervision import Supervision
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.conversions import Outgoing
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, WARNING_PERIOD
 from vessel_hsmc_ros.nodes.black_box import installed
@@ -219,9 +220,9 @@ class CommandingNode(ManagedNode):
         self._state_out = self.advertise(ControlState, "~/state", profile)
         if self.loop.observer:
             self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
-            self._estimate = self.framed(conversions.new_odometry())
-        self._command = self.framed(conversions.new_wrench())
-        self._state = self.framed(conversions.new_control_state())
+            self._estimate = Outgoing(self.framed(conversions.new_odometry()), conversions.ODOMETRY)
+        self._command = Outgoing(self.framed(conversions.new_wrench()), conversions.WRENCH)
+        self._state = Outgoing(self.framed(conversions.new_control_state()), conversions.CONTROL_STATE)
 
     def _why_unfit(self) -> str:
         """Why no command is to be sent with these parameters; a plant in lockstep is simulated, where nothing breaks."""
@@ -270,26 +271,21 @@ class CommandingNode(ManagedNode):
             self._zeros += 1
         else:
             self._zeros = 0
-        conversions.write_wrench(self._command, conversions.time_message(stamp), self.loop.wrench)
-        self.send(self._command_out, self._command)
+        self.send(self._command_out, self._command(stamp, self.loop.wrench))
 
     def publish_period(self, stamp: int, terms: Terms | None) -> None:
         """Publish the command first, because the plant waits for it; then the state of the control period."""
         self.publish_command(stamp)
-        time_stamp = conversions.time_message(stamp)
         if terms is not None:
             self._updates += 1
             self.health.stepped(terms)
             self._report_alarms()
             self._report_actuators()
-        conversions.write_terms(self._state, time_stamp, terms or Terms())
-        self._state.operation, self._state.reason = int(self.loop.supervision.operation), int(self.loop.supervision.reason)
-        self._state.compute_time = self._compute_time
-        self._state.missed_periods = self.loop.missed_periods
-        self.send(self._state_out, self._state)
+        loop, taken = self.loop, self._compute_time
+        state = terms or Terms(), int(loop.supervision.operation), int(loop.supervision.reason), taken, loop.missed_periods
+        self.send(self._state_out, self._state(stamp, *state))
         if terms is not None and self.loop.estimate is not None:
-            conversions.write_odometry(self._estimate, time_stamp, self.loop.estimate)
-            self.send(self._estimate_out, self._estimate)
+            self.send(self._estimate_out, self._estimate(stamp, self.loop.estimate))
 
     def _report_alarms(self) -> None:
         """Log each monitor that begins to warn or to demand the safe action, and what it or the output guard has found."""

@@ -10,10 +10,13 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any
 
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.event_handler import EventHandler
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
+from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from rclpy.waitable import NumberOfEntities
@@ -52,14 +55,17 @@ class Entities:
 
     `guard`: the executor's own guard condition, which `wake` triggers. `held`: keeps all handles from being destroyed, which the
     C structures of a wait set rely on.
+
+    Attributes:
+        ready: The actions that were found ready by the last wait.
     """
 
     def __init__(self, nodes: Sequence["Node"], guard: Any, context: Any, held: ExitStack) -> None:
         self.timers = [timer for node in nodes for timer in node.timers]
         self.subscriptions = [subscription for node in nodes for subscription in node.subscriptions]
         guards = [guard, *(each for node in nodes for each in node.guards)]
-        # Actions; the events of publishers and subscriptions are many, and rare.
         self._actions = [each for node in nodes for each in node.waitables if not isinstance(each, EventHandler)]
+        self.ready: list[Any] = []
         self._handles = {
             "subscription": [each.handle for each in self.subscriptions],
             "guard_condition": [each.handle for each in guards],
@@ -75,7 +81,7 @@ class Entities:
         self._wait_set = rclpy_implementation.WaitSet(*(getattr(counts, name) for name in counts.__slots__), context)
 
     def wait(self, longest: float) -> bool:
-        """Wait for any of them; returns whether there is something besides messages and timers."""
+        """Wait for any of them; returns whether there is something besides messages, timers and actions."""
         self._wait_set.clear_entities()  # it forgets them with each wait
         for kind, handles in self._handles.items():
             add = getattr(self._wait_set, f"add_{kind}")
@@ -84,8 +90,8 @@ class Entities:
         for action in self._actions:
             action.add_to_wait_set(self._wait_set)
         self._wait_set.wait(int(longest * 1e9))
-        rest = any(map(self._wait_set.get_ready_entities, ("guard_condition", "client", "service")))
-        return rest or any(action.is_ready(self._wait_set) for action in self._actions)
+        self.ready = [action for action in self._actions if action.is_ready(self._wait_set)]
+        return any(map(self._wait_set.get_ready_entities, ("guard_condition", "client", "service")))
 
 
 class PromptExecutor(SingleThreadedExecutor):
@@ -102,8 +108,11 @@ class PromptExecutor(SingleThreadedExecutor):
         super().wake()
 
     def can_execute(self, entity: Any) -> bool:
-        """Leave timers and messages, which are served here, out of rclpy's wait set."""
-        return not isinstance(entity, Timer | Subscription) and super().can_execute(entity)
+        """Leave timers, messages and actions, which are served here, out of rclpy's wait set; its events are many, and rare.
+
+        An action notes its places in the wait set that it was added to last: it cannot be in two of them.
+        """
+        return isinstance(entity, Client | Service | GuardCondition | EventHandler) and super().can_execute(entity)
 
     def spin_while(self, running: Callable[[], bool], longest_wait: float = LONGEST_WAIT) -> None:
         """Serve callbacks until `running` returns False; an exception of a callback is raised here.
@@ -128,7 +137,7 @@ class PromptExecutor(SingleThreadedExecutor):
             self._call(entities.timers)
             if not self._changed:
                 take_all(entities.subscriptions)
-            self._serve_rest(rest, BOUND)
+            self._serve_rest(rest, entities.ready, BOUND)
 
     def _call(self, timers: list[Timer]) -> None:
         """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
@@ -140,10 +149,12 @@ class PromptExecutor(SingleThreadedExecutor):
                 timer.handle.call_timer()
                 timer.callback()
 
-    def _serve_rest(self, rest: bool, bound: float) -> None:
+    def _serve_rest(self, rest: bool, actions: list[Any], bound: float) -> None:
         """Serve by rclpy what is neither a message nor a timer, if there is some or events are due, for a time of `bound`."""
+        for action in actions:
+            self.create_task(action.execute, action.take_data())
         now = time.monotonic()
-        if not rest and now < self._next_events:
+        if not rest and not actions and now < self._next_events:
             return
         with suppress(TimeoutException, ShutdownException):
             while time.monotonic() < now + bound:
@@ -188,7 +199,7 @@ class DirectExecutor(PromptExecutor):
             end = time.monotonic() + self._service_period
             while not self._changed and take_all(others) and time.monotonic() < end:
                 pass
-            self._serve_rest(rest, self._service_period)
+            self._serve_rest(rest, entities.ready, self._service_period)
             next_service = time.monotonic() + self._service_period
 
     def _wait(self, wait_set: Any, direct: Sequence[Subscription], longest: float) -> bool:

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.guidance.factory import make_held_reference
 from vessel_hsmc_ros.guidance.waypoints import Point
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.conversions import path_event, read_goal, read_path
+from vessel_hsmc_ros.messages.conversions import Outgoing, path_event, read_goal, read_path
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.actions import Actions
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
@@ -60,7 +60,6 @@ class ReferenceShipNode(VesselNode):
         self._reference_out = self.advertise(ReferenceState, "reference", offered, partner="cmd_wrench")
         self._pose_out = self.advertise(PoseStamped, "reference/pose", profile)
         self.frames = tuple(p.frame_prefix + frame for frame in p.frames)
-        self._reference, self._pose = conversions.new_reference(), conversions.new_pose()
         self.name_frame(self.frames[0] if self.frames else "")
         self._vessel = ObservedVessel(self, self._ship) if p.follow == "vessel" else None
         if p.lockstep:
@@ -129,11 +128,9 @@ class ReferenceShipNode(VesselNode):
 
     def _publish(self) -> None:
         self.stamp = self._pace.stamp(self._index)
-        stamp = conversions.time_message(self.stamp)
-        conversions.write_reference(self._reference, stamp, self._ship.state, self._ship.acceleration())
-        self.send(self._reference_out, self._reference)
-        conversions.write_pose_stamped(self._pose, stamp, self._ship.state)
-        self.send(self._pose_out, self._pose)
+        state = self._ship.state
+        self.send(self._reference_out, self._reference(self.stamp, state, self._ship.acceleration()))
+        self.send(self._pose_out, self._pose(self.stamp, state))
 
     def _on_goal(self, message: PoseStamped) -> None:
         def work() -> None:
@@ -159,7 +156,9 @@ class ReferenceShipNode(VesselNode):
 
     def name_frame(self, frame: str) -> None:
         """Name the frame of the reference: that of its goal or path, which the controller compares with its odometry's."""
-        self._reference.header.frame_id = self._pose.header.frame_id = frame
+        reference, pose = conversions.new_reference(), conversions.new_pose()
+        reference.header.frame_id = pose.header.frame_id = frame
+        self._reference, self._pose = Outgoing(reference, conversions.REFERENCE), Outgoing(pose, conversions.POSE)
 
     def _check_order(self, stamp: float | None) -> None:
         """Note the stamp of a goal, s; the velocity of a moving goal is estimated from the stamps."""
