@@ -133,9 +133,7 @@ def nodes(parent: int) -> dict[str, int]:
     found: dict[str, int] = {}
     with suppress(OSError):
         for child in Path(f"/proc/{parent}/task/{parent}/children").read_text(encoding="ascii").split():
-            words = Path(f"/proc/{child}/cmdline").read_text(encoding="utf-8").split("\0")
-            if "-m" in words and "--ros-args" in words:
-                found[words[words.index("-m") + 2]] = int(child)
+            found[Path(f"/proc/{child}/comm").read_text(encoding="utf-8").strip()] = int(child)
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from harness import children, command_line, run_folder
+from harness import children, process_name, run_folder
 from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
@@ -44,11 +44,9 @@ def bag_size(folder: Any) -> Any:
 
 
 def nodes_of(command: Any) -> Any:
-    """The processes of the nodes of a run by their names; that of all of them is a fork of the command."""
-    lines = {pid: command_line(pid) for pid in children(command.popen.pid)}
-    forks = [(GROUP, pid) for pid, line in lines.items() if line == command_line(command.popen.pid)]
-    named = {line[3]: pid for pid, line in lines.items() if line[2:3] == ["vessel_hsmc_ros.nodes"]}
-    return {name: named[name] for name in START_ORDER if name in named} | dict(forks)
+    """The processes of the nodes of a run by their names."""
+    named = {process_name(pid): pid for pid in children(command.popen.pid)}
+    return {name: named[name] for name in (*START_ORDER, GROUP) if name in named}
 
 
 FORMS = pytest.mark.parametrize("form", ["--composed", "--processes"])

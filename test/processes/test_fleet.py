@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from harness import Command, children, command_line, exit_code, run_folder
+from harness import Command, children, exit_code, process_name, run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.report.making import Options, make
@@ -95,14 +95,10 @@ def test_a_killed_node_of_a_vessel_ends_the_run_and_is_named_with_it(start: Star
 
     def controller() -> int | None:
         """The controller of the second vessel, once the first odometry has been recorded."""
-        found = [pid for pid in children(command.popen.pid) if "__ns:=/vessel_2" in command_line(pid)]
+        found = [pid for pid in children(command.popen.pid) if "vessel_2/controller".startswith(process_name(pid) or "-")]
         bags = list(command.output.parent.glob("runs/*/bag/*.mcap"))
         running = bags and bags[0].stat().st_size > 100_000
-        return (
-            next((pid for pid in found if command_line(pid)[2:4] == ["vessel_hsmc_ros.nodes", "controller"]), None)
-            if running
-            else None
-        )
+        return found[0] if found and running else None
 
     os.kill(command.until(controller, COMMAND_LIMIT), signal.SIGKILL)  # type: ignore[arg-type]
     assert command.wait(COMMAND_LIMIT) == 1

@@ -120,6 +120,14 @@ def command_line(pid: int) -> list[str]:
         return []
 
 
+def process_name(pid: int) -> str:
+    """The name of a process, of at most 15 characters: of a run, that of its node; empty if it has ended."""
+    try:
+        return Path(f"/proc/{pid}/comm").read_text().strip()
+    except OSError:
+        return ""
+
+
 def run_folder(output: Path) -> Path | None:
     """The first run folder below an output folder; None if there is none yet."""
     folders = sorted(output.glob("*_*")) if output.exists() else []

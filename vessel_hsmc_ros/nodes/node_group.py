@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.install_paths import missing_module
-from vessel_hsmc_ros.core.node_list import GROUP, LOOP, PLANT
+from vessel_hsmc_ros.core.node_list import GROUP, LOOP, PLANT, PROGRAMS
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.executor import SERVICE_PERIOD, DirectExecutor
 from vessel_hsmc_ros.nodes.process import (
@@ -90,8 +90,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def import_nodes(names: Sequence[str]) -> None:
     """Import the nodes among some arguments, with or without a namespace, before a fork."""
-    for name in {name.rpartition("/")[2] for name in names} & LOOP.keys():
-        _class_of(name)
+    for name in {name.rpartition("/")[2] for name in names} & PROGRAMS.keys():
+        import_module(PROGRAMS[name].source)
 
 
 def _class_of(name: str) -> Any:

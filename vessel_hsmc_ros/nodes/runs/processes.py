@@ -29,8 +29,9 @@ LOG_FORMAT = {"RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{severity}] [{time}] [{name}]: 
 OWN_PROCESSES = 4
 """Up to so many vessels, every node has a process of its own; in real time always, so that one does not delay another."""
 
+NODES = "vessel_hsmc_ros.nodes"  # the module that runs a node by its name
 LOG_RESERVE = 16 * 1024  # disk space that is reserved for each log, bytes
-_PR_SET_PDEATHSIG = 1
+_PR_SET_PDEATHSIG, _PR_SET_NAME = 1, 15
 _FALLOC_FL_KEEP_SIZE = 1
 _FATAL_LINE = re.compile(r"^\[FATAL\]", re.MULTILINE)
 _ERROR_LINE = re.compile(r"^\[(?:ERROR|FATAL)\] \[[^]]*\] \[([^]]*)\]: (.*)$", re.MULTILINE)
@@ -171,7 +172,7 @@ class NodeGroup:
     def _start(self, name: str, command: list[str], log: Path, nodes: Sequence[str]) -> None:
         with log.open("ab") as output:  # the log of a node that is restarted goes on
             _reserve(output.fileno())
-            popen = self._fork(command, output.fileno()) if name == GROUP and can_fork() else self._execute(command, output)
+            popen = self._fork(name, command, output.fileno()) if can_fork() else self._execute(command, output)
         self.processes.append(NodeProcess(name, popen, log, nodes))
 
     def _execute(self, command: list[str], output: BinaryIO) -> subprocess.Popen[bytes]:
@@ -186,22 +187,24 @@ class NodeGroup:
             preexec_fn=_die_with_parent,
         )
 
-    def _fork(self, command: list[str], output: int) -> Fork:
-        """Run what the command of a group of nodes would run in a fork, whose output goes to a file."""
-        from vessel_hsmc_ros.nodes import node_group  # takes as long to import as everything else
+    def _fork(self, name: str, command: list[str], output: int) -> Fork:
+        """Run what the command of a node, or of a group of nodes, would run in a fork, whose output goes to a file."""
+        from vessel_hsmc_ros.nodes import __main__, node_group  # takes as long to import as everything else
 
-        arguments = command[command.index(GROUP) + 1 :]
+        arguments = command[command.index(NODES) + 1 :]
         node_group.import_nodes(arguments)
 
         def work() -> int:
             end_on_interrupt()
             os.setsid()
+            ctypes.CDLL(None).prctl(_PR_SET_NAME, name.encode())  # the first 15 characters, which `ps` and `top` show
             _die_with_parent()
             os.dup2(output, 1)
             os.dup2(output, 2)
             sys.stdout, sys.stderr = (open(number, "w", errors="replace", closefd=False) for number in (1, 2))  # noqa: SIM115
             os.environ.update(self._environment)
-            return node_group.main(arguments)
+            sys.argv[1:] = arguments
+            return __main__.main()
 
         return Fork(command, work)
 
@@ -261,7 +264,7 @@ def node_command(nodes: Sequence[str], parameters: Path, namespace: str) -> list
     arguments = ["--ros-args", "--params-file", str(parameters)]
     if within and not grouped:
         arguments += ["-r", f"__ns:=/{within}"]
-    return [sys.executable, "-m", "vessel_hsmc_ros.nodes", *((GROUP, *full) if grouped else (node,)), *options, *arguments]
+    return [sys.executable, "-m", NODES, *((GROUP, *full) if grouped else (node,)), *options, *arguments]
 
 
 def _reserve(file: int) -> None:
