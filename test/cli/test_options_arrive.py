@@ -65,11 +65,12 @@ def test_changes_of_the_command_line_take_precedence_over_those_of_a_suite(reach
 def test_sweep_repeats_its_points_for_each_law_on_so_many_workers(reach: Reach) -> None:
     axes = "controller.guided.position_gain=0.5,0.6", "controller.rate_hz=20,50"
     options = "--laws", "guided,los_pid", "--workers", 3, "--set", f"{DURATION}=2.5"
-    found = reach("vessel_hsmc_ros.studies.campaign.sweep.run_all", "sweep", "case2_tracking", *axes, *options)
-    points = [(point.law, point.values) for point in found["planned"]]
-    assert points == [(law, (gain, rate)) for law in ("guided", "los_pid") for gain in (0.5, 0.6) for rate in (20, 50)]
-    assert {point.changes[DURATION] for point in found["planned"]} == {2.5}
-    assert found["jobs"] == 3
+    found = reach("vessel_hsmc_ros.studies.campaign.execute.compute_rows", "sweep", "case2_tracking", *axes, *options)
+    plan = found["campaign"]
+    points = [(plan.planned(run).law, *plan.planned(run).values.values()) for run in found["runs"]]
+    assert points == [(law, gain, rate) for gain in (0.5, 0.6) for rate in (20, 50) for law in ("guided", "los_pid")]
+    assert {plan.scenario(run).vessel_sim.duration for run in found["runs"]} == {2.5}
+    assert found["workers"] == 3
 
 
 def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:

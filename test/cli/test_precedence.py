@@ -30,7 +30,7 @@ FILES = {
 
 OFFLINE, NODES = "vessel_hsmc_ros.studies.runs.scenario_run.run_offline", "vessel_hsmc_ros.studies.runs.scenario_run.run_nodes"
 FLEET = "vessel_hsmc_ros.cli.run.run_vessels"
-COMPARE, SWEEP = "vessel_hsmc_ros.studies.comparison.compare", "vessel_hsmc_ros.studies.campaign.sweep.run_all"
+COMPARE, SWEEP = "vessel_hsmc_ros.studies.comparison.compare", "vessel_hsmc_ros.studies.campaign.execute.compute_rows"
 TUNE, CAMPAIGN = "vessel_hsmc_ros.studies.tuning.result.tune", "vessel_hsmc_ros.studies.campaign.execute.run_campaign"
 REPORT, INIT, GAINS = "vessel_hsmc_ros.report.making.make", "vessel_hsmc_ros.cli.boat._text", "vessel_hsmc_ros.cli.gains.study"
 PHYSICS, ROW = "vessel_hsmc_ros.cli.boat.Physics", "vessel_hsmc_ros.studies.campaign.dataset.Row.read"
@@ -72,7 +72,8 @@ def tasks(found: dict[str, Any]) -> list[tuple[str, object, float | None]]:
 
 def planned(found: dict[str, Any]) -> list[tuple[object, object]]:
     """Seed and law of each run of a sweep."""
-    return [(point.changes.get("vessel_sim.seed"), point.changes.get("controller.law")) for point in found["planned"]]
+    plan = found["campaign"]
+    return [(plan.planned(run).seed, plan.planned(run).law) for run in found["runs"]]
 
 
 def tuned(found: dict[str, Any]) -> tuple[object, ...]:
@@ -120,8 +121,8 @@ CASES = [
     Case(f"compare --suite suite.yaml --laws pd {SEED_0}", COMPARE, tasks, [("pd", 0, None)]),
     Case("compare --suite suite.yaml --laws pd", COMPARE, tasks, [("pd", 3, None)]),
     Case("compare calm.yaml --workers 2", COMPARE, named("jobs"), (2,)),
-    Case(f"sweep calm.yaml controller.rate_hz=50,100 {SEED_0}", SWEEP, planned, [(0, None)] * 2),
-    Case(f"sweep calm.yaml vessel_sim.seed=0,1 {SEED_9}", SWEEP, planned, [(0, None), (1, None)]),
+    Case(f"sweep calm.yaml controller.rate_hz=50,100 {SEED_0}", SWEEP, planned, [(0, "pd")] * 2),
+    Case(f"sweep calm.yaml vessel_sim.seed=0,1 {SEED_9}", SWEEP, planned, [(0, "pd"), (1, "pd")]),
     Case("sweep calm.yaml vessel_sim.seed=1 --laws los_pid --set controller.law=pd", SWEEP, planned, [(1, "los_pid")]),
     Case(f"tune calm.yaml {GAIN}", TUNE, tuned, ("pd", 1, 4, [("calm", 1_000_007)])),
     Case(f"tune calm.yaml {GAIN} --seed 0 {SEED_0}", TUNE, tuned, ("pd", 0, 0, [("calm", 1_000_003)])),
@@ -194,9 +195,9 @@ WRONG = {
     "compare . calm.yaml": "recorded runs cannot be compared with scenarios",
     "compare calm.yaml --workers 0": "Invalid value for '--workers'",
     "sweep calm.yaml vessel_sim.seed=1,2 --laws ''": "--laws must be",
-    "sweep calm.yaml vessel_sim.seed=": "(got vessel_sim.seed=)",
-    "sweep calm.yaml vessel_sim.seed=1:2:0": "count of the sweep must be an integer from 2",
-    "sweep calm.yaml vessel_sim.seed=1 --metric ''": "--metric must be",
+    "sweep calm.yaml vessel_sim.seed=": "(got [])",
+    "sweep calm.yaml vessel_sim.seed=1:2:0": "count from 2",
+    "sweep calm.yaml vessel_sim.seed=1 --metric ''": "metrics must be",
     "sweep calm.yaml": "Missing argument",
     f"tune calm.yaml {GAIN} --law ''": "controller.law must be one of",
     f"tune calm.yaml {GAIN} --held-out ''": "scenario  is unknown",

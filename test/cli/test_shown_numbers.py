@@ -17,7 +17,7 @@ from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.studies.campaign import sweep
+from vessel_hsmc_ros.studies.campaign import execute
 from vessel_hsmc_ros.studies.identification.excitation import Step
 
 
@@ -57,16 +57,16 @@ def test_a_held_out_run_is_predicted_by_the_start_vessel_before_and_by_the_ident
 def test_a_sweep_changes_what_is_set_in_every_run(monkeypatch: pytest.MonkeyPatch) -> None:
     planned: list[Any] = []
 
-    def run_all(points: Any, *_: Any) -> Any:
-        planned.extend(points)
+    def compute(campaign: Any, runs: Any, *_: Any) -> Any:
+        planned.extend(map(campaign.scenario, runs))
         raise click.Abort
 
-    monkeypatch.setattr(sweep, "run_all", run_all)
+    monkeypatch.setattr(execute, "compute_rows", compute)
     gain, duration = "controller.guided.position_gain", "vessel_sim.duration"
     arguments = ["sweep", "case2_tracking", f"{gain}=0.5,0.6", "--set", f"{duration}=0.5", "--laws", "guided"]
     with pytest.raises(click.Abort):
         CliRunner().invoke(cli, arguments, standalone_mode=False, catch_exceptions=False)
-    assert [(point.changes[gain], point.changes[duration]) for point in planned] == [(0.5, 0.5), (0.6, 0.5)]
+    assert [(each.controller.guided.position_gain, each.vessel_sim.duration) for each in planned] == [(0.5, 0.5), (0.6, 0.5)]
 
 
 def test_a_line_names_the_nodes_with_warnings_and_errors() -> None:

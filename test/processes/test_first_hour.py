@@ -54,6 +54,6 @@ def test_one_command_sweeps_ten_values_and_draws_them(execute: Execute, tmp_path
         "sweep", "case2_tracking", values, "--set", "controller.law=guided", "--set", "vessel_sim.duration=2", "--workers", "1"
     )
     (folder,) = (tmp_path / "runs").iterdir()
-    assert (folder / "sweep.png").stat().st_size > 0
+    assert (folder / "figures" / "map.png").stat().st_size > 0
     assert len((folder / "sweep.csv").read_text(encoding="utf-8").splitlines()) == 11
     assert "0.1" in shown

@@ -68,8 +68,8 @@ MODULES = {
 BAGS = ("lz4", "mcap", "rosbags", "zstandard")
 PAGES = (*BAGS, "jinja2", "matplotlib", "plotly")
 LIBRARIES = {
-    **dict.fromkeys(("demo", "run", "simulate", "compare", "sweep", "reproduce", "report"), PAGES),
-    **dict.fromkeys(("campaign", "identify", "manoeuvres"), (*PAGES, "scipy")),
+    **dict.fromkeys(("demo", "run", "simulate", "compare", "reproduce", "report"), PAGES),
+    **dict.fromkeys(("campaign", "identify", "manoeuvres", "sweep"), (*PAGES, "scipy")),
     "tune": (*PAGES, "optuna", "scipy"),
     "forecast": (*PAGES, "defusedxml", "geographiclib", "scipy"),
     "mission": ("defusedxml", "geographiclib", "scipy"),

@@ -221,24 +221,21 @@ def sweep(
     given = parse_changes(changes)
     load_checked(scenario, given, varied=True)
     check_writable(output)
-    from vessel_hsmc_ros.studies.campaign import sweep as sweeps  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.campaign import execute, findings, report  # imports the libraries of campaigns
+    from vessel_hsmc_ros.studies.campaign.plan import sweep_of
+    from vessel_hsmc_ros.studies.campaign.results import of_rows
 
-    axes = [sweeps.parse_axis(text) for text in parameters]
-    sweeps.check_metrics(metrics)
-    planned = sweeps.points(scenario, axes, given, () if laws is None else chosen(laws))
-    with progress_bar(f"sweep of {len(planned)} runs", len(planned), "runs") as update:
-        done = count(1)
-
-        def show(outcome: sweeps.Outcome) -> None:
-            number, values = next(done), ", ".join(map(str, outcome.point.values))
-            update(number, f"{number} of {len(planned)}: {values}")
-
-        outcomes = sweeps.run_all(planned, workers, show)
-    head, lines = sweeps.table(axes, outcomes, metrics)
-    if len(lines) <= MAX_TABLE_ROWS:
+    plan = sweep_of(scenario, parameters, given, () if laws is None else chosen(laws), metrics)
+    with progress_bar(f"sweep of {plan.runs} runs", plan.runs, "runs") as update:
+        rows = execute.compute_rows(plan, range(plan.runs), workers, lambda done: update(done * plan.runs))
+    results = of_rows(plan, rows)
+    table = findings.points(results)
+    if len(rows) <= MAX_TABLE_ROWS:
         # The table breaks names at spaces: a long name of a parameter must not displace numbers.
-        print_table([name.replace(".", " .") for name in head], lines, text_columns=int(head[0] == "law"))
-    for note in sweeps.notes(axes, outcomes):
-        print_line(note)
-    files = sweeps.write(make_run_folder(output, f"{Path(scenario).stem}_sweep").path, axes, outcomes, metrics)
-    print_files(files)
+        head = [name.replace(".", " .") for name in table.head]
+        print_table(head, [[cell.value for cell in line] for line in table.lines], text_columns=2)
+    for row in rows:
+        if row["failure"]:
+            print_line(f"run {row['run']}: {row['failure']}")
+    folder = make_run_folder(output, plan.name).path
+    print_files(report.write_sweep(results, rows, folder))

@@ -141,17 +141,20 @@ PIXEL = 0.75  # size of a pixel of a page, points
 
 
 class Axis(NamedTuple):
-    """A quantity that is drawn: its name with the unit, and whether its scale is logarithmic."""
+    """A quantity that is drawn: its name with the unit, whether its scale is logarithmic, and names of 0, 1, 2, ... on it."""
 
     name: str
     logarithmic: bool = False
+    ticks: tuple[str, ...] = ()
 
 
 def layout(x: Axis, y: Axis, height: int = 330, legend: bool = False) -> Figure:
     """The layout of a diagram of a height in pixels."""
 
     def axis(of: Axis) -> Figure:
-        kind = {"type": "log", "dtick": 1} if of.logarithmic else {}
+        kind: Figure = {"type": "log", "dtick": 1} if of.logarithmic else {}
+        if of.ticks:
+            kind = {"tickvals": [*range(len(of.ticks))], "ticktext": [*of.ticks]}
         look = {"color": "--ink-soft", "gridcolor": "--grid", "linecolor": "--grid", "zeroline": False, "exponentformat": "power"}
         return {**look, **kind, "title": {"text": of.name, "standoff": 6, "font": {"size": 12}}}
 
@@ -215,7 +218,9 @@ def _draw(panel: "Axes", drawn: Figure) -> None:
         elif "fill" in trace:
             panel.fill_between(x, below, y, color=page_colour(trace["fillcolor"]), lw=0, step="post")
         elif trace["line"]["width"]:
-            panel.plot(x, y, color=page_colour(trace["line"]["color"]), lw=1.4, drawstyle="steps-post", label=name)
+            look = {"color": page_colour(trace["line"]["color"]), "lw": 1.4, "label": name}
+            look["drawstyle"] = "steps-post" if trace["line"]["shape"] == "hv" else "default"
+            panel.plot(x, np.array(y, float), marker="o" if "markers" in trace["mode"] else "", ms=4, **look)
         below = y
     for shape in drawn["layout"].get("shapes", ()):
         panel.axvline(shape["x0"], color=page_colour(shape["line"]["color"]), lw=1.0, ls="--", label="limit")
@@ -246,10 +251,15 @@ def _set_axes(panel: "Axes", drawn: Figure) -> None:
     panel.set(xlabel=across["title"]["text"], ylabel=up["title"]["text"])
     if drawn["title"] != across["title"]["text"]:
         panel.set_title(textwrap.fill(drawn["title"], TITLE_WIDTH))
-    for axis, set_scale, set_limits in ((across, panel.set_xscale, panel.set_xlim), (up, panel.set_yscale, panel.set_ylim)):
+    for axis, set_scale, set_limits, set_ticks in (
+        (across, panel.set_xscale, panel.set_xlim, panel.set_xticks),
+        (up, panel.set_yscale, panel.set_ylim, panel.set_yticks),
+    ):
         logarithmic = axis.get("type") == "log"
         if logarithmic:
             set_scale("log")
+        if "tickvals" in axis:
+            set_ticks(axis["tickvals"], labels=axis["ticktext"])
         if "range" in axis:
             set_limits(*(10.0**end if logarithmic else end for end in axis["range"]))
     if "scaleanchor" in up:

@@ -157,7 +157,7 @@ UNIT = {"uniform": [0, 1]}
         ({"draw": {"controller.vessel.surge_inertai": UNIT}}, "did you mean controller.vessel.surge_inertia"),
         ({"draw": {"controler.rate_hz": UNIT}}, "did you mean controller.rate_hz"),
         ({"draw": {"vessel.beem": UNIT}}, "vessel.beem is not a parameter"),
-        ({"draw": {"controller.law": {"choice": ["guided"]}}}, "the keys `laws` and `variants` of the file are for laws"),
+        ({"draw": {"controller.law": {"choice": ["guided"]}}}, "give several laws as `laws`"),
         ({"draw": {"vessel_sim.initial_pose[3]": UNIT}}, "has the elements 0 to 2"),
         ({"draw": {"controller.rate_hz[0]": UNIT}}, "is not a list"),
         ({"draw": {"vessel_sim.initial_pose": UNIT}}, "must be a choice .*as the parameter is a list of 3 finite numbers"),

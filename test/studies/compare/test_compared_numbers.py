@@ -1,7 +1,5 @@
-"""Comparison, sweep and demonstration in numbers: metrics, tables, files and figures of runs that are all unlike."""
+"""Comparison and demonstration in numbers: metrics, tables, files and figures of runs that are all unlike."""
 
-import csv
-import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +16,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.nodes.runs.processes import spread
-from vessel_hsmc_ros.report import Record, diagrams
+from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.making import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
@@ -26,8 +24,6 @@ from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict
 from vessel_hsmc_ros.studies import comparison
-from vessel_hsmc_ros.studies.campaign import sweep
-from vessel_hsmc_ros.studies.campaign.sweep import Axis, Outcome, Point
 from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, measure
 from vessel_hsmc_ros.studies.runs.batch import thinned
 from vessel_hsmc_ros.studies.runs.demonstration import conclusions
@@ -211,104 +207,6 @@ def test_the_figure_of_a_case_has_tracks_reference_errors_and_its_limit(pictures
     assert drawn(tracks)["reference"] == [[30.0 + k, 40.0 + k] for k in range(5)]
     assert drawn(errors)["guided"] == [[0.0 + k, 50.0 + k] for k in range(5)]
     assert [y for _, y in drawn(errors)["limit"]] == [11.5, 11.5]
-
-
-AXES = [Axis("a.gain", (0.5, 1.5)), Axis("b.rate", (20, 50, 100))]
-NAMES = ("position_error_rms", "yaw_moment_at_limit")
-
-
-def outcomes(law: str = "") -> list[Outcome]:
-    """A run for each pair of values, of which the one of 1.5 and 20 failed."""
-    found = []
-    for i, gain in enumerate(AXES[0].values):
-        for j, rate in enumerate(AXES[1].values):
-            point = Point("case2_straight", (gain, rate), {"a.gain": gain, "b.rate": rate, "c.same": 3, "d.last": j}, law)
-            values: dict[str, float | None] = dict.fromkeys(Metrics._fields)
-            values |= {"position_error_rms": 1.0 + i + 0.1 * j, "yaw_moment_at_limit": 0.01 * (1 + i + 2 * j)}
-            found.append(Outcome(point, "it failed") if (i, j) == (1, 0) else Outcome(point, metrics=values))
-    return found
-
-
-def test_the_table_and_the_files_of_a_sweep_have_every_value_in_its_own_place(tmp_path: Path) -> None:
-    head, lines = sweep.table(AXES, outcomes(), NAMES)
-    assert head == ["a.gain", "b.rate", "position error, rms with the approach", "yaw moment, time at its limit"]
-    assert lines == [
-        ["0.5", "20", "1 m", "1 %"],
-        ["0.5", "50", "1.1 m", "3 %"],
-        ["0.5", "100", "1.2 m", "5 %"],
-        ["1.5", "20", "failed", "failed"],
-        ["1.5", "50", "2.1 m", "4 %"],
-        ["1.5", "100", "2.2 m", "6 %"],
-    ]
-    assert sweep.notes(AXES, outcomes("los_pid")) == ["los_pid, a.gain = 1.5, b.rate = 20: it failed"]
-    sweep.write_csv(tmp_path / "x.csv", AXES, outcomes("los_pid"))
-    with (tmp_path / "x.csv").open() as stream:
-        read = list(csv.DictReader(stream))
-    assert [(row["law"], row["a.gain"], row["b.rate"], row["failure"]) for row in read][3:5] == [
-        ("los_pid", "1.5", "20", "it failed"),
-        ("los_pid", "1.5", "50", ""),
-    ]
-    assert [float(row["yaw_moment_at_limit"] or 0.0) for row in read] == pytest.approx([0.01, 0.03, 0.05, 0.0, 0.04, 0.06])
-    document = json.loads(json.dumps(sweep._document(AXES, outcomes())))
-    assert document["scenario"] == "case2_straight"
-    assert [run["metrics"].get("position_error_rms") for run in document["runs"]] == [1.0, 1.1, 1.2, None, 2.1, 2.2]
-
-
-def test_the_page_of_a_sweep_states_what_all_runs_share(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    given: list[Any] = []
-
-    def render(*parts: Any) -> str:
-        given.extend(parts)
-        return ""
-
-    monkeypatch.setattr(sweep, "render_sections", render)
-    (tmp_path / "x.png").write_bytes(b"picture")
-    sweep._page(tmp_path / "x.png", AXES, outcomes(), NAMES)
-    title, about, (section,), findings = given
-    assert (title, about, section.text) == ("case2_straight: a.gain and b.rate", ["6 runs, offline"], "c.same = 3")
-    assert findings == ["a.gain = 1.5, b.rate = 20: it failed"]
-
-
-def test_the_heat_map_has_the_first_parameter_upwards_and_the_second_to_the_right(pictures: list[Figure], tmp_path: Path) -> None:
-    sweep.draw(tmp_path / "x.png", AXES, outcomes(), NAMES)
-    panel = pictures[0].axes[0]
-    assert (panel.get_xlabel(), panel.get_ylabel()) == ("b.rate", "a.gain")
-    assert [[text.get_text() for text in axis.get_ticklabels()] for axis in (panel.xaxis, panel.yaxis)] == [
-        ["20", "50", "100"],
-        ["0.5", "1.5"],
-    ]
-    shown = np.asarray(panel.images[0].get_array())[0]
-    assert shown.tolist() == [1.0, 1.1, 1.2]
-    (cross,) = panel.lines
-    assert [float(np.ravel(at)[0]) for at in cross.get_data()] == [0.0, 1.0]
-    assert {text.get_text(): text.get_position() for text in panel.texts}["2.1 m"] == (1, 1)
-
-
-def test_many_values_of_a_heat_map_have_some_ticks_of_their_own(pictures: list[Figure], tmp_path: Path) -> None:
-    axes = [Axis("a.x", tuple(range(100, 120))), Axis("a.y", (1, 2))]
-    runs = [Outcome(Point("s", (x, y), {}), metrics={NAMES[0]: float(x * y)}) for x in axes[0].values for y in axes[1].values]
-    sweep.draw(tmp_path / "x.png", axes, runs, NAMES[:1])
-    ticks = [(text.get_position()[1], text.get_text()) for text in pictures[0].axes[0].yaxis.get_ticklabels()]
-    assert ticks == [(k, str(100 + k)) for k in range(0, 20, 3)]
-
-
-def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures(pictures: list[Figure], tmp_path: Path) -> None:
-    axis = Axis("a.gain", (0.1, 1.0, 10.0))
-    runs = [
-        Outcome(Point("s", (gain,), {}, law), "it failed" if (law, gain) == ("los_pid", 10.0) else "", {NAMES[0]: size * gain})
-        for law, size in (("guided", 1.0), ("los_pid", 2.0))
-        for gain in axis.values
-    ]
-    runs[-1] = replace(runs[-1], metrics={})
-    sweep.draw(tmp_path / "x.png", [axis], runs, NAMES[:1])
-    (panel,) = pictures[0].axes
-    assert (panel.get_xscale(), panel.get_yscale(), panel.get_xlabel()) == ("log", "log", "a.gain")
-    lines = drawn(panel)
-    assert lines["guided"] == [[0.1, 0.1], [1.0, 1.0], [10.0, 10.0]]
-    assert lines["los_pid"][:2] == [[0.1, 0.2], [1.0, 2.0]]
-    assert [x for x, _ in lines["los_pid failed"]] == [10.0]
-    colours = {str(line.get_label()): line.get_color() for line in panel.lines}
-    assert colours == {"guided": diagrams.SERIES[0], "los_pid": diagrams.SERIES[1], "los_pid failed": diagrams.SERIES[1]}
 
 
 @pytest.mark.parametrize(

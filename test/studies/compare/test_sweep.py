@@ -1,9 +1,10 @@
-"""`vessel-hsmc sweep`: the plan, the runs, the files."""
+"""`vessel-hsmc sweep`, a campaign on a grid: the plan, the runs, the files."""
 
 import csv
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
@@ -12,10 +13,15 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.simulation.compilation import DISABLED
-from vessel_hsmc_ros.studies.campaign import sweep
-from vessel_hsmc_ros.studies.campaign.sweep import Axis, Outcome, Point, parse_axis, points, run_all
+from vessel_hsmc_ros.studies.campaign import findings
+from vessel_hsmc_ros.studies.campaign.distributions import Grid, parse_axis, parse_distribution
+from vessel_hsmc_ros.studies.campaign.execute import compute_rows
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, sweep_of
+from vessel_hsmc_ros.studies.campaign.report import diagrams, write_sweep
+from vessel_hsmc_ros.studies.campaign.results import Results, of_rows
 
 GAIN, WEIGHT = "controller.guided.position_gain", "controller.hierarchical_printed.sway_weight"
+RATE, SEED, MODE = "controller.rate_hz", "vessel_sim.seed", "reference_ship.mode"
 SHORT = {"vessel_sim.duration": 1.0}
 METRICS = ("position_error_rms", "yaw_moment_rms")
 
@@ -25,127 +31,195 @@ def vessel_hsmc(*arguments: str) -> Result:
     return CliRunner().invoke(cli, ["sweep", *arguments], catch_exceptions=False, standalone_mode=False)
 
 
+def invented(plan: Campaign) -> list[dict[str, Any]]:
+    """Rows with metrics that differ from run to run; the last one has ended early."""
+    rows = []
+    for run in range(plan.runs):
+        planned, failure = plan.planned(run), "it failed" if run == plan.runs - 1 else ""
+        metrics = {} if failure else dict.fromkeys(Metrics._fields, 1.0 + run)
+        row = {"run": run, "draw": planned.draw, "law": planned.law, "seed": planned.seed, **planned.values}
+        rows.append({**row, "failed": bool(failure), "failure": failure, "ended_early": bool(failure), **metrics})
+    return rows
+
+
+def swept(*axes: str, laws: tuple[str, ...] = ("guided",)) -> Results:
+    plan = sweep_of("case2_tracking", axes, SHORT, laws, METRICS)
+    return of_rows(plan, invented(plan))
+
+
 @pytest.mark.parametrize(
     ("text", "values"),
     [
         ("0.1:1.0:4", (0.1, 0.4, 0.7, 1.0)),
         ("0.1:10:3:log", (0.1, 1.0, 10.0)),
-        ("0:4:3", (0, 2, 4)),
         ("1:0:3", (1.0, 0.5, 0.0)),
-        ("-1:-100:3:log", (-1, -10, -100)),
+        ("-1:-100:3:log", (-1.0, -10.0, -100.0)),
         ("0.1,0.5,2", (0.1, 0.5, 2)),
-        ("guided,los_pid", ("guided", "los_pid")),
+        ("circle,straight", ("circle", "straight")),
         ("[1.0, 2.0],[3.0, 4.0]", ([1.0, 2.0], [3.0, 4.0])),
         ("0.7", (0.7,)),
     ],
 )
 def test_values_are_a_range_or_a_list(text: str, values: tuple[object, ...]) -> None:
-    axis = parse_axis(f"controller.x={text}")
-    assert axis == Axis("controller.x", values)
-    assert [type(value) for value in axis.values] == [type(value) for value in values]
+    name, entry = parse_axis(f"controller.x={text}")
+    assert name == "controller.x"
+    grid, relative = parse_distribution(entry)
+    assert isinstance(grid, Grid)
+    assert (grid.values, relative) == (values, False)
+    assert [type(value) for value in grid.values] == [type(value) for value in values]
 
 
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        (GAIN, "must be node.param=start:stop:count"),
+        (GAIN, "values must be .* at least one value"),
         (f"{GAIN}=0:1", "must be node.param=start:stop:count"),
         (f"{GAIN}=0:1:2:lin", "must be node.param=start:stop:count"),
         (f"{GAIN}=0:1:x", "must be node.param=start:stop:count"),
-        (f"{GAIN}=nan:1:3", "must be node.param=start:stop:count"),
-        (f"{GAIN}=0:1:1", "count of the sweep must be an integer from 2"),
+        (f"{GAIN}=nan:1:3", "grid must be .* finite numbers"),
+        (f"{GAIN}=0:1:1", "an integer count from 2"),
         (f"{GAIN}=0:1:3:log", "same sign"),
         (f"{GAIN}=[1,", "must be node.param=start:stop:count"),
+        (f"{GAIN}=0.1,-2.0", f"{GAIN} must be .*got -2.0"),
+        ("controller.law=guided,pd", "give several laws as `laws`"),
     ],
 )
 def test_other_values_are_refused_with_the_form(text: str, reason: str) -> None:
     with pytest.raises(ParameterError, match=reason):
-        parse_axis(text)
+        sweep_of("case2_tracking", [text], SHORT)
 
 
-def test_the_plan_has_every_pair_of_values_for_every_law() -> None:
-    planned = points("case2_tracking", [Axis("a.x", (1, 2)), Axis("a.y", (3, 4))], {"a.z": 5}, ["guided", "los_pid"])
-    assert [point.values for point in planned] == [(1, 3), (1, 4), (2, 3), (2, 4)] * 2
-    assert [point.law for point in planned] == ["guided"] * 4 + ["los_pid"] * 4
-    assert planned[5].changes == {"a.z": 5, "controller.law": "los_pid", "a.x": 1, "a.y": 4}
+def test_the_plan_has_every_pair_of_values_for_every_law_with_the_noise_of_the_scenario() -> None:
+    changes = {**SHORT, SEED: 5}
+    plan = sweep_of("case2_tracking", [f"{GAIN}=1,2", f"{RATE}=50,100"], changes, ["guided", "los_pid"])
+    runs = [plan.planned(run) for run in range(plan.runs)]
+    pairs = [(1.0, 50.0), (1.0, 100.0), (2.0, 50.0), (2.0, 100.0)]
+    assert [(*run.values.values(), run.law) for run in runs] == [(*pair, law) for pair in pairs for law in ("guided", "los_pid")]
+    assert {run.seed for run in runs} == {5}
+    scenario = plan.scenario(5)
+    assert (scenario.controller.law, scenario.controller.guided.position_gain, scenario.controller.rate_hz) == (
+        "los_pid",
+        2.0,
+        50.0,
+    )
+    assert scenario.vessel_sim.duration == 1.0
 
 
 def test_a_swept_parameter_and_a_repeated_law_take_the_place_of_a_further_change() -> None:
-    planned = points("case2_tracking", [Axis("a.x", (1, 2))], {"a.x": 7, "a.y": 8, "controller.law": "pd"}, ["guided"])
-    assert [dict(point.changes) for point in planned] == [
-        {"a.x": 1, "a.y": 8, "controller.law": "guided"},
-        {"a.x": 2, "a.y": 8, "controller.law": "guided"},
-    ]
+    plan = sweep_of("case2_tracking", [f"{SEED}=3,4"], {**SHORT, SEED: 7, "controller.law": "pd"}, ["guided"])
+    assert [(plan.planned(run).seed, plan.planned(run).law) for run in range(plan.runs)] == [(3, "guided"), (4, "guided")]
 
 
-@pytest.mark.parametrize("names", [[], ["a.x", "a.x"], ["a.x", "a.y", "a.z"]])
-def test_a_sweep_has_one_or_two_different_parameters(names: list[str]) -> None:
+@pytest.mark.parametrize("axes", [[], [f"{GAIN}=1"] * 2, [f"{GAIN}=1", f"{RATE}=50", f"{SEED}=1"]])
+def test_a_sweep_has_one_or_two_different_parameters(axes: list[str]) -> None:
     with pytest.raises(ParameterError, match="one or two different parameters"):
-        points("case2_tracking", [Axis(name, (1, 2)) for name in names])
+        sweep_of("case2_tracking", axes)
 
 
-def test_a_wrong_value_is_an_error_before_anything_runs() -> None:
-    done: list[Outcome] = []
-    with pytest.raises(ParameterError, match=rf"{GAIN} must be .*got -2.0"):
-        run_all(points("case2_tracking", [Axis(GAIN, (0.1, -2.0))], SHORT), 1, done.append)
+def test_an_unknown_scenario_is_an_error_before_anything_runs() -> None:
     with pytest.raises(ScenarioError, match="case9 is unknown"):
-        run_all(points("case9", [Axis(GAIN, (0.1,))]), 1, done.append)
-    assert not done
+        sweep_of("case9", [f"{GAIN}=0.1"])
 
 
-def test_a_run_that_is_unstable_or_fails_is_an_outcome() -> None:
-    [unstable] = run_all([Point("case2_tracking", (50.0,), {**SHORT, "controller.rate_hz": 50.0})], 1)
-    assert "is unstable at" in unstable.failure
-    [diverging] = run_all([Point("case2_tracking", (30.0,), {"vessel_sim.duration": 40.0, WEIGHT: 30.0})], 1)
-    assert "no longer finite" in diverging.failure
-    assert math.isnan(diverging.value("position_error_rms"))
+def test_a_run_that_is_unstable_or_fails_is_a_row() -> None:
+    unstable = sweep_of("case2_tracking", [f"{RATE}=50"], SHORT)
+    (row,) = compute_rows(unstable, range(1))
+    assert "is unstable at" in row["failure"]
+    (row,) = rows = compute_rows(sweep_of("case2_tracking", [f"{WEIGHT}=30"], {"vessel_sim.duration": 40.0}), range(1))
+    assert "no longer finite" in row["failure"]
+    assert math.isnan(of_rows(unstable, rows).rows["position_error_rms"][0])
 
 
 def test_parallel_and_serial_sweeps_are_identical(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(DISABLED, "1")  # a hundred steps take less time than the import of a compiler by each process
-    planned = points("case2_tracking", [parse_axis(f"{WEIGHT}=0.001,0.002")], SHORT)
-    assert run_all(planned, 2) == run_all(planned, 1)
+    plan = sweep_of("case2_tracking", [f"{WEIGHT}=0.001,0.002"], SHORT)
+    assert compute_rows(plan, range(2), 2) == compute_rows(plan, range(2), 1)
 
 
-def test_the_run_folder_has_picture_page_and_all_metrics_of_every_run(tmp_path: Path) -> None:
+def test_the_run_folder_has_page_pictures_plan_and_all_metrics_of_every_run(tmp_path: Path) -> None:
     done = vessel_hsmc(
-        "case2_tracking", f"{WEIGHT}=0.001,0.002", "controller.rate_hz=50.0,100.0", "--set", "vessel_sim.duration=1",
+        "case2_tracking", f"{WEIGHT}=0.001,0.002", f"{RATE}=50.0,100.0", "--set", "vessel_sim.duration=1",
         "--metric", METRICS[0], "--workers", "1", "--output", str(tmp_path),
     )  # fmt: skip
     folder = next(tmp_path.iterdir())
-    assert {path.name for path in folder.iterdir()} == {"sweep.csv", "sweep.html", "sweep.json", "sweep.png"}
+    assert {"sweep.csv", "sweep.html", "campaign.yaml", "scenario.yaml", "figures"} < {path.name for path in folder.iterdir()}
     with (folder / "sweep.csv").open() as stream:
         rows = list(csv.DictReader(stream))
-    assert [(row[WEIGHT], row["controller.rate_hz"]) for row in rows] == [
+    assert [(row[WEIGHT], row[RATE]) for row in rows] == [
         ("0.001", "50.0"), ("0.001", "100.0"), ("0.002", "50.0"), ("0.002", "100.0"),
     ]  # fmt: skip
     assert [bool(row["failure"]) for row in rows] == [True, False, True, False]
     assert rows[0]["position_error_rms"] == ""
     assert all(float(rows[1][name]) >= 0.0 for name in METRICS)
-    document = json.loads((folder / "sweep.json").read_text())
-    assert document["parameters"] == {WEIGHT: [0.001, 0.002], "controller.rate_hz": [50.0, 100.0]}
-    assert set(document["runs"][1]["metrics"]) == set(Metrics._fields)
     page = (folder / "sweep.html").read_text()
-    assert page.count('class="failed"') == 2
-    assert page.count("is unstable at") == 2  # the reasons
-    assert "data:image/png;base64,iVBOR" in page
-    assert "failed" in done.output
+    content = json.loads(page.split('id="content">')[1].split("</script>")[0])
+    assert [each["title"] for each in content["figures"]["map"]] == [
+        "hierarchical_printed: position error, rms with the approach [m]"
+    ]
+    assert page.count("none: ended early") >= 2
+    assert "run 0: " in done.output
     assert "is unstable at" in done.output
+    assert Campaign.of_folder(folder).scenario(3).controller.rate_hz == 100.0  # `run --campaign` repeats a run
 
 
-def test_a_list_of_texts_can_be_swept_and_drawn(tmp_path: Path) -> None:
-    planned = points("case2_tracking", [parse_axis("controller.law=guided,los_pid")], SHORT)
-    outcomes = [Outcome(planned[0], metrics=dict.fromkeys(METRICS, 1.0)), Outcome(planned[1], "it failed")]
-    files = sweep.write(tmp_path, [Axis("controller.law", ("guided", "los_pid"))], outcomes, METRICS)
+def test_the_table_and_the_file_of_a_sweep_have_every_value_in_its_own_place(tmp_path: Path) -> None:
+    results = swept(f"{GAIN}=0.5,1.5", f"{RATE}=20,50,100")
+    table = findings.points(results)
+    assert table.head == ("run", "law", GAIN, RATE, "position error, rms with the approach", "yaw moment, rms")
+    shown = [[cell.value for cell in line] for line in table.lines]
+    assert shown[1] == ["1", "guided", "0.5", "50", "2 m", "2 N·m"]
+    assert shown[5] == ["5", "guided", "1.5", "100", "none: ended early", "none: ended early"]
+    write_sweep(results, invented(results.campaign), tmp_path)
+    with (tmp_path / "sweep.csv").open() as stream:
+        read = list(csv.DictReader(stream))
+    assert [(row["law"], row[GAIN], row[RATE], row["failure"]) for row in read][4:] == [
+        ("guided", "1.5", "50.0", ""),
+        ("guided", "1.5", "100.0", "it failed"),
+    ]
+    assert [row["yaw_moment_at_limit"] for row in read] == ["1.0", "2.0", "3.0", "4.0", "5.0", ""]
+
+
+def test_a_map_has_the_first_parameter_across_the_second_upwards_and_a_cross_where_a_run_ended_early() -> None:
+    first, second = diagrams(swept(f"{GAIN}=0.5,1.5", f"{RATE}=20,50"), {})["map"]
+    assert (first["title"], second["title"]) == (
+        "guided: position error, rms with the approach [m]",
+        "guided: yaw moment, rms [N·m]",
+    )
+    assert first["layout"]["xaxis"]["title"]["text"] == "guided.position_gain"
+    points, cross = first["traces"]
+    assert list(zip(points["x"], points["y"], points["marker"]["color"], strict=True)) == [
+        (0.5, 20.0, 1.0),
+        (0.5, 50.0, 2.0),
+        (1.5, 20.0, 3.0),
+    ]
+    assert (cross["x"], cross["y"], cross["marker"]["symbol"]) == ([1.5], [50.0], "x")
+
+
+def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures() -> None:
+    error, _ = diagrams(swept(f"{GAIN}=0.1,1.0,10.0", laws=("guided", "los_pid")), {})["map"]
+    guided, los_pid, crosses = error["traces"]
+    assert (guided["name"], guided["x"], guided["y"]) == ("guided", [0.1, 1.0, 10.0], [1.0, 3.0, 5.0])
+    assert (los_pid["name"], los_pid["y"]) == ("los_pid", [2.0, 4.0, None])
+    assert guided["line"]["color"] != los_pid["line"]["color"]
+    assert (crosses["x"], crosses["y"], crosses["marker"]["symbol"]) == ([10.0], [5.5], "x")
+    assert error["layout"]["xaxis"]["type"] == "log"
+
+
+def test_texts_and_lists_can_be_swept_and_drawn(tmp_path: Path) -> None:
+    results = swept(f"{MODE}=circle,straight", "vessel_sim.initial_pose=[1.0, 2.0, 0.0],[3.0, 4.0, 0.0]")
+    first, _ = diagrams(results, {})["map"]
+    assert first["layout"]["xaxis"]["ticktext"] == ["circle", "straight"]
+    assert first["layout"]["yaxis"]["ticktext"] == ["(1.0, 2.0, 0.0)", "(3.0, 4.0, 0.0)"]
+    files = write_sweep(results, invented(results.campaign), tmp_path)
     assert all(path.stat().st_size for path in files.values())
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["case2_tracking", f"{GAIN}=0.1,0.2", "--metric", "speed"], "--metric must be any of.*got speed"),
+        (["case2_tracking", f"{GAIN}=0.1,0.2", "--metric", "speed"], "metrics must be any of.*got speed"),
         (["case2_tracking", f"{GAIN}=0.1,0.2", "--laws", "lqr"], "--laws must be .*got lqr"),
-        (["case2_tracking", "controller.guided.position_gian=0.1,0.2"], "did you mean guided.position_gain"),
+        (["case2_tracking", "controller.guided.position_gian=0.1,0.2"], "did you mean controller.guided.position_gain"),
     ],
 )
 def test_a_wrong_argument_is_named(arguments: list[str], message: str) -> None:

@@ -14,6 +14,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import yaml
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
@@ -22,6 +23,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.scenario.parameters import VESSEL, declared
+from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.campaign import ship_family
 
@@ -145,7 +147,7 @@ class Choice:
 class Grid:
     """All of several values, in combination with those of the other grids."""
 
-    values: tuple[float, ...]
+    values: tuple[Any, ...]
 
 
 Continuous = Uniform | Normal
@@ -157,7 +159,9 @@ FORMS = {
     "normal": "[mean, deviation]",
     "lognormal": "[median, sigma]",
     "choice": "[value, value, ...]",
+    "values": "[value, value, ...]",
     "grid": "[start, stop, count]",
+    "loggrid": "[start, stop, count]",
 }
 """The distributions of a campaign file, and what each takes."""
 
@@ -190,20 +194,39 @@ _CONDITIONS = {
     "normal": ", finite numbers with deviation > 0",
     "lognormal": ", finite numbers above 0",
     "choice": ", at least one value",
+    "values": ", at least one value",
     "grid": f", finite numbers, with an integer count from 2 to {LARGEST_GRID}",
+    "loggrid": f", finite numbers, start and stop of the same sign, with an integer count from 2 to {LARGEST_GRID}",
 }
+
+AXIS = "node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
+
+
+def parse_axis(text: str) -> tuple[str, dict[str, list[Any]]]:
+    """Parse a parameter on a grid, `node.param=` with a range or a list, into its name and its entry in a campaign file."""
+    name, _, given = (part.strip() for part in text.partition("="))
+    try:
+        if ":" not in given:
+            return name, {"values": read_yaml(f"[{given}]")}
+        start, stop, count, *form = given.split(":")
+        return name, {{(): "grid", ("log",): "loggrid"}[tuple(form)]: [float(start), float(stop), int(count)]}
+    except (KeyError, ValueError, yaml.YAMLError):
+        raise ParameterError(f"sweep must be {AXIS} (got {text})") from None
 
 
 def _make(kind: str, arguments: list[Any]) -> Distribution | None:
     """A distribution, or None if the arguments do not suit it."""
-    if kind == "choice":
-        return Choice(tuple(arguments)) if arguments else None
+    if kind in ("choice", "values"):
+        return (Choice if kind == "choice" else Grid)(tuple(arguments)) if arguments else None
     if not all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in arguments):
         return None
-    if kind == "grid":
-        whole = len(arguments) == 3 and isinstance(arguments[2], int) and 2 <= arguments[2] <= LARGEST_GRID
+    if kind in ("grid", "loggrid"):
+        valid = len(arguments) == 3 and isinstance(arguments[2], int) and 2 <= arguments[2] <= LARGEST_GRID
+        if not valid or (kind == "loggrid" and not arguments[0] * arguments[1] > 0.0):
+            return None
+        spaced = (np.linspace if kind == "grid" else np.geomspace)(*arguments)
         # Rounded to 12 digits: 0.3 instead of 0.30000000000000004.
-        return Grid(tuple(float(f"{x:.12g}") for x in np.linspace(*arguments).tolist())) if whole else None
+        return Grid(tuple(float(f"{x:.12g}") for x in spaced.tolist()))
     return _continuous(kind, *map(float, arguments)) if len(arguments) == 2 else None
 
 
@@ -293,7 +316,7 @@ def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:
         known = [f"{owner}.{key}" for owner, names in nodes.items() for key in names]
         raise ParameterError(f"draw {parameter} is not a parameter: {schema.suggestion(parameter, known)}")
     if parameter == "controller.law":
-        raise ParameterError("draw controller.law: the keys `laws` and `variants` of the file are for laws")
+        raise ParameterError("controller.law cannot be drawn: give several laws as `laws` (--laws of a sweep) or in `variants`")
     return nodes[node][rest], schema.flatten(getattr(scenario, node))[rest]
 
 

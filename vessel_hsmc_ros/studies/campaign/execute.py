@@ -38,11 +38,17 @@ def campaign_of(source: Source, repetitions: int) -> Campaign:
 
 
 def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None] | None = None) -> bytes:
-    """Compute a chunk of a campaign in this process.
+    """Compute the file of a chunk of a campaign in this process."""
+    return write_table(compute_rows(campaign, campaign.runs_of(number), progress=progress), campaign, number)
+
+
+def compute_rows(
+    campaign: Campaign, runs: Sequence[int], workers: int | None = 1, progress: Callable[[float], None] | None = None
+) -> list[dict[str, Any]]:
+    """Compute rows of a campaign, so many at a time; None for one per core.
 
     A run whose drawn values do not fit each other, which is unstable or which fails is a row, not an error.
     """
-    runs = campaign.runs_of(number)
     made = {run: _scenario(campaign, run) for run in runs}
     valid = [(run, scenario) for run, scenario in made.items() if isinstance(scenario, Scenario)]
     outcomes: dict[int, Outcome] = {}
@@ -52,7 +58,9 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
         if progress is not None:
             progress(len(outcomes) / len(runs))
 
-    simulate_many([scenario for _, scenario in valid], on_result=on_result)
+    if workers != 1:
+        ensure_compiled([scenario for _, scenario in valid])
+    simulate_many([scenario for _, scenario in valid], workers=workers, on_result=on_result)
     refused = {run: Outcome(0, error) for run, error in made.items() if isinstance(error, str)}
     every = outcomes | refused
     limits = {run: campaign.limits_of(scenario) for run, scenario in valid}
@@ -61,7 +69,7 @@ def run_chunk(campaign: Campaign, number: int, progress: Callable[[float], None]
         first = {campaign.planned(run).draw: scenario for run, scenario in reversed(valid)}  # its variants share the ship
         reasons = {draw: infeasible(scenario) for draw, scenario in first.items()}
         rows = [{**row, "infeasible": reasons.get(row["draw"], "")} for row in rows]
-    return write_table(rows, campaign, number)
+    return rows
 
 
 def exceeded(metrics: Metrics, limits: Mapping[str, float]) -> str:

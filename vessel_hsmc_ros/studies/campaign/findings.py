@@ -26,7 +26,7 @@ from vessel_hsmc_ros.studies.campaign.results import (
 SHARES = (0.05, 0.5, 0.95, 0.99)  # the quantiles of the table of metrics
 WORST = 10  # number of runs of each law in the table of the worst
 NAMED = 3  # largest number of parameters that a sentence names
-GRID = "; on a grid of starts these are shares of its points, not probabilities"
+GRID = "; on a grid these are shares of its points, not probabilities"
 
 EVEN = "; no confidence interval is stated, because {} draws are not independent"
 
@@ -89,6 +89,17 @@ def quantiles(results: Results) -> Table:
             found = [_quantile(results, metric, quantile(cost, share)) for share in SHARES]
             lines.append((Cell(label(metric)), Cell(law), *found, Cell(results.text(metric, float(cost.max())))))
     return Table(head, lines)
+
+
+def points(results: Results) -> Table:
+    """Every run, with its drawn values and the metrics that are drawn."""
+    names = [*results.drawn]
+    lines = []
+    for i in range(len(results)):
+        values = [Cell(value_text(_rounded(results.rows[name][i].item()))) for name in names]
+        metrics = [Cell(_value(results, metric, float(results.cost(metric)[i]))) for metric in results.shown]
+        lines.append((Cell(str(results.rows["run"][i])), Cell(str(results.rows[_what(results)][i])), *values, *metrics))
+    return Table(("run", _what(results), *names, *map(label, results.shown)), lines)
 
 
 def comparisons(results: Results) -> Table:

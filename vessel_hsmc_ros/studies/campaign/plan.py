@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -27,14 +27,14 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
-from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
-from vessel_hsmc_ros.studies.campaign.distributions import METHODS, Drawn, Grid, make_drawn, noise_seed, point
+from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_text
+from vessel_hsmc_ros.studies.campaign.distributions import METHODS, Drawn, Grid, make_drawn, noise_seed, parse_axis, point
 from vessel_hsmc_ros.studies.campaign.ship_expansion import resolved
 from vessel_hsmc_ros.studies.campaign.ship_family import SHIP
 
 LAW = "controller.law"
 
-KEYS = ("scenario", "set", "laws", "variants", "runs", "sampling", "seed", "draw", "limits", "chunk")
+KEYS = ("scenario", "set", "laws", "variants", "runs", "sampling", "seed", "draw", "limits", "metrics", "chunk")
 
 CHUNK = 100
 
@@ -66,6 +66,7 @@ class CampaignFile:
     parameters: tuple[Drawn, ...]  # the drawn parameters in the order of the file
     limits: Mapping[str, float]  # largest magnitudes of metrics: a run above any is a failure
     limits_in_lengths: Mapping[str, float]  # the same in lengths of the hull
+    metrics: tuple[str, ...]  # the metrics that its report shows, the main one first; none for its own choice
     chunk: int  # number of runs in a file of the dataset
 
     @classmethod
@@ -156,6 +157,7 @@ def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tupl
         _integer(entries, "seed", 0, 2**63, 0),
         parameters,
         *_limits(_mapping(entries, "limits")),
+        _metrics(entries.get("metrics", [])),
         _integer(entries, "chunk", 1, 1_000_000, CHUNK),
     )
 
@@ -241,6 +243,13 @@ def _limits(given: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, float
             raise ParameterError(f"limits: {name} must be a finite number, not below 0, or {{{LENGTHS}: number}} (got {limit})")
         found[in_lengths][name] = float(limit)
     return found
+
+
+def _metrics(given: Any) -> tuple[str, ...]:
+    for name in given if isinstance(given, list) else [given]:
+        if name not in Metrics._fields:
+            raise ParameterError(f"metrics must be any of {', '.join(Metrics._fields)} (got {name})")
+    return tuple(dict.fromkeys(given))
 
 
 SEED = "vessel_sim.seed"
@@ -336,7 +345,7 @@ class Campaign(CampaignFile):
         return [f"a Sobol sequence covers best with a power of two: {below} or {2 * below} draws instead of {self.draws}"]
 
     @cached_property
-    def grids(self) -> dict[str, tuple[float, ...]]:
+    def grids(self) -> dict[str, tuple[Any, ...]]:
         """Values of the parameters that are on a grid, by their names."""
         return {
             parameter.name: parameter.distribution.values
@@ -444,3 +453,28 @@ class Campaign(CampaignFile):
                 value = elements
             changes[name] = value
         return changes
+
+
+def sweep_of(
+    scenario: str,
+    axes: Sequence[str],
+    changes: Mapping[str, object] | None = None,
+    laws: Sequence[str] = (),
+    metrics: Sequence[str] = (),
+) -> Campaign:
+    """Make a campaign of one scenario on a grid of one or two parameters, all runs with the noise of the scenario.
+
+    `axes`: the parameters with their values, such as `controller.rate_hz=20,50`, in the forms of `parse_axis`.
+    """
+    draw = dict(map(parse_axis, axes))
+    if not 1 <= len(draw) == len(axes) <= 2:
+        raise ParameterError(f"sweep must have one or two different parameters (got {' and '.join(axes) or 'nothing'})")
+    name, given = Path(scenario).stem, dict(changes or {})
+    entries = {
+        "scenario": name,
+        "set": {**given, SEED: load_scenario(scenario, given).vessel_sim.seed},
+        **({"laws": [*laws]} if laws else {}),
+        "draw": draw,
+        "metrics": [*metrics],
+    }
+    return Campaign.parse(Source(f"{name}_sweep", yaml.safe_dump(entries, sort_keys=False), name, scenario_text(scenario)))

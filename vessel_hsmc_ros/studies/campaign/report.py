@@ -1,5 +1,6 @@
 """The report of a campaign: a page without external resources and its figures, from the rows that there are so far."""
 
+import csv
 import itertools
 import math
 from collections.abc import Mapping, Sequence
@@ -10,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, run_colour, spans
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
+from vessel_hsmc_ros.studies.campaign.dataset import Dataset, opened
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
 from vessel_hsmc_ros.studies.campaign.results import CONFIDENCE, FEWEST, LEGS, Influence, Results, exceedance, read
 
@@ -23,21 +26,34 @@ PICTURES = {"exceedance": "distributions", "bars": "parameters", "scatter": "sca
 
 
 def make_report(folder: Path, output: Path | None = None) -> tuple[list[str], dict[str, Path]]:
-    """Write the report of a campaign, complete or not.
-
-    The figures are in `figures/` beside it. Returns the findings in words, and the paths by kind: page and figures.
-    """
+    """Write the report of a campaign, complete or not. Returns the findings in words, and the paths of `write_report`."""
     results = read(folder)
     found = influences_by_variant(results)
+    words = [f"{law}: {sentence}" if law else sentence for law, sentence in sentences(results, found)]
+    return words, write_report(results, found, folder, output or folder / "report.html")
+
+
+def write_report(results: Results, found: dict[str, list[Influence]], folder: Path, path: Path) -> dict[str, Path]:
+    """Write a page of results, and its figures into `figures/` beside it; returns the paths by kind."""
     drawn = diagrams(results, found)
-    path = output or folder / "report.html"
     with page_kit.writing(f"report {path}"):
         path.write_text(render(results, found, drawn, folder), encoding="utf-8")
         figures = path.parent / "figures"
         figures.mkdir(exist_ok=True)
         pictures = {PICTURES[kind]: draw(figures / f"{PICTURES[kind]}.png", each) for kind, each in drawn.items() if each}
-    words = [f"{law}: {sentence}" if law else sentence for law, sentence in sentences(results, found)]
-    return words, {"page": path, **pictures}
+    return {"page": path, **pictures}
+
+
+def write_sweep(results: Results, rows: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Path]:
+    """Write rows that are in no dataset: page, figures, a table, and the campaign file that repeats them or one of them."""
+    table = folder / "sweep.csv"
+    with opened(Dataset(folder), results.campaign), page_kit.writing(f"results in {folder}"):
+        with table.open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, dict.fromkeys((*rows[0], *Metrics._fields)), lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(rows)
+        found: dict[str, list[Influence]] = {law: [] for law in results.by_variant}
+        return write_report(results, found, folder, folder / "sweep.html") | {"csv": table, "plan": folder / "campaign.yaml"}
 
 
 def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[str, Sequence[Figure]], folder: Path) -> str:
@@ -54,6 +70,7 @@ def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[s
         notes=_notes(results),
         colours={law: colour(results, law) for law in results.by_variant},
         failures=findings.failures(results),
+        points=findings.points(results) if campaign.grids and len(results) <= MAX_POINTS else None,
         quantiles=findings.quantiles(results),
         comparisons=findings.comparisons(results),
         causes=findings.causes(found),
@@ -89,6 +106,7 @@ def _notes(results: Results) -> list[str]:
     return found
 
 
+MAX_POINTS = 200  # largest number of runs of a grid in a table
 MAX_RUNS = 3000  # largest number of runs of a law in a scatter diagram
 BARS = 10  # largest number of parameters with a bar
 STRONGEST = 2  # number of parameters over which the runs are drawn one by one
@@ -122,7 +140,9 @@ def diagrams(results: Results, found: Mapping[str, Sequence[Influence]]) -> dict
         "exceedance": [_exceedance(results, each) for each in results.shown if each != SETTLING or _settles(results)],
         "bars": [_bars(results, law, entries[:BARS][::-1]) for law, entries in found.items() if entries],
         "scatter": list(itertools.chain.from_iterable(_scatters(results, law, entries) for law, entries in found.items())),
-        "map": [_map(results, law, plane) for law in results.by_variant] if plane else [],
+        "map": [_map(results, law, plane, metric) for law in results.by_variant for metric in _mapped(results, plane)]
+        if plane
+        else [_curve(results, metric) for metric in results.shown if results.campaign.drawn == (*results.campaign.grids,) != ()],
     }
 
 
@@ -221,24 +241,47 @@ def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[
     ]
 
 
-def _map(results: Results, law: str, plane: tuple[str, str]) -> Figure:
-    """Each run in the plane of two drawn parameters: from a start the time to settle, else the main metric."""
+def _map(results: Results, law: str, plane: tuple[str, str], metric: str) -> Figure:
+    """Each run in the plane of two drawn parameters, coloured by a metric."""
     runs = results.by_variant[law]
-    metric = SETTLING if plane == START and SETTLING in results.metrics else results.main
     x, y = (_drawn(runs, name) for name in plane)
     return _runs_as_points(_chosen(runs, law, x, y, _metric(runs, metric, results)), square=True)
 
 
+def _mapped(results: Results, plane: tuple[str, str]) -> tuple[str, ...]:
+    """The metrics of the maps: those that the file names, else from a start the time to settle, else the main one."""
+    ours = SETTLING if plane == START and SETTLING in results.metrics else results.main
+    return (results.campaign.metrics and results.shown) or (ours,)
+
+
+def _curve(results: Results, metric: str) -> Figure:
+    """A metric over the one parameter on a grid, a line for each law; crosses at the top edge are runs that ended early."""
+    (name,) = results.drawn
+    (axis, values), over = _metric(results, metric, results), _drawn(results, name)[0]
+    traces: list[Figure] = []
+    top = np.max(values, where=np.isfinite(values), initial=0.0)
+    for law, runs in results.by_variant.items():
+        x, y = _drawn(runs, name)[1].astype(float), _metric(runs, metric, results)[1]
+        traces.append(line(x, y, law, colour(results, law), "lines+markers"))
+        if (lost := ~np.isfinite(y)).any():
+            crosses = line(x[lost], np.full(int(lost.sum()), 1.1 * top), "", colour(results, law), "markers")
+            traces.append({**crosses, "marker": {"color": "--limit", "size": 10, "symbol": "x"}})
+    return {"title": axis.name, "traces": traces, "layout": layout(over, axis._replace(name=""), legend=len(traces) > 1)}
+
+
 def _plane(results: Results) -> tuple[str, str] | None:
     """The two parameters that span a map: those on grids if there are two, else the position of the start."""
-    for names in (tuple(results.campaign.grids), START):
-        if len(names) == 2 and all(name in results.drawn and _numeric(results.drawn[name]) for name in names):
-            return names[0], names[1]
-    return None
+    if len(grids := tuple(results.campaign.grids)) == 2:
+        return grids[0], grids[1]
+    return START if all(name in results.drawn and _numeric(results.drawn[name]) for name in START) else None
 
 
 def _drawn(runs: Results, name: str) -> Quantity:
-    return Axis(short(name)), runs.drawn[name]
+    column = runs.drawn[name]
+    if _numeric(column):
+        return Axis(short(name), logarithmic=name in runs.campaign.grids and spans(column)), column
+    names, places = np.unique(column, return_inverse=True)
+    return Axis(short(name), ticks=tuple(map(str, names))), places
 
 
 def _numeric(column: NDArray[Any]) -> bool:
@@ -279,7 +322,7 @@ def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
             traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
     # The name of a metric is the title.
     found = layout(drawn.x, drawn.y if square else drawn.y._replace(name=""), height=460 if square else 330)
-    if square:
+    if {drawn.x.name, drawn.y.name} == {short(name) for name in START}:
         found["yaxis"] |= {"scaleanchor": "x", "constrain": "domain"}
         found["xaxis"] |= {"constrain": "domain"}
     return {"title": f"{drawn.law}: {(drawn.colour if square else drawn.y).name}", "traces": traces, "layout": found}

@@ -279,13 +279,14 @@ class Results:
 
     @property
     def main(self) -> str:
-        """The metric by which runs are ranked: the first with a limit, else of the legs, else the position error at the end."""
-        return next(iter(self._limited), LEGS if LEGS in self.metrics else ALWAYS[0])
+        """The metric by which runs are ranked: the first that the file names, else with a limit, else of the legs or the end."""
+        return next(iter((*self.campaign.metrics, *self._limited)), LEGS if LEGS in self.metrics else ALWAYS[0])
 
     @property
     def shown(self) -> tuple[str, ...]:
         """The metrics that are drawn."""
-        return tuple(name for name in dict.fromkeys((*self._limited, self.main, *ALWAYS)) if name in self.metrics)
+        named = self.campaign.metrics or (*self._limited, self.main, *ALWAYS)
+        return tuple(name for name in dict.fromkeys(named) if name in self.metrics)
 
     @cached_property
     def by_variant(self) -> dict[str, "Results"]:
@@ -337,6 +338,14 @@ def read(folder: Path) -> Results:
         raise ReportError(f"campaign {folder} has no results yet: vessel-hsmc campaign computes them")
     rows = {name: _array(table.column(name)) for name in table.column_names}
     return Results(Campaign.load(folder), rows)
+
+
+def of_rows(campaign: Campaign, rows: Sequence[Mapping[str, Any]]) -> Results:
+    """The results of rows that are in no dataset."""
+    values = {name: [row[name] for row in rows] for name in rows[0] if name not in Metrics._fields}
+    columns = {name: np.array([str(each) if isinstance(each, tuple) else each for each in of]) for name, of in values.items()}
+    metrics = {name: np.array([row.get(name) for row in rows], float) for name in Metrics._fields}
+    return Results(campaign, columns | metrics)
 
 
 def _array(column: Any) -> Column:
