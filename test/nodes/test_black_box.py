@@ -188,9 +188,9 @@ def test_of_a_bag_that_cannot_be_written_nothing_is_left(tmp_path: Path, monkeyp
 def messages_of(content: bytes) -> Iterator[Any]:
     """The messages in what the writing process is given."""
     stream = io.BytesIO(content)
-    pickle.load(stream)
+    pickle.load(stream)  # noqa: S301
     while stream.tell() < len(content):
-        yield pickle.load(stream)
+        yield pickle.load(stream)  # noqa: S301
 
 
 class Boxes:
@@ -206,7 +206,7 @@ class Boxes:
             get_clock=lambda: clock,
             parameters=BlackBoxParameters(),
         )
-        monkeypatch.setattr(black_box.subprocess, "run", lambda *_, input, **__: self.written.append([*messages_of(input)]))
+        monkeypatch.setattr(subprocess, "run", lambda *_, **given: self.written.append([*messages_of(given["input"])]))
         self.box = black_box.BlackBox(node, BlackBoxParameters(duration=30.0, directory="x"), lambda: 5)  # type: ignore[arg-type]
 
     def write(self, reason: str, ends: bool = False) -> None:
@@ -261,7 +261,7 @@ def test_a_bag_that_the_writing_process_cannot_write_is_an_error_with_its_reason
 ) -> None:
     run = subprocess.run
     boxes, lines = Boxes(monkeypatch), []
-    monkeypatch.setattr(black_box.subprocess, "run", run)
+    monkeypatch.setattr(subprocess, "run", run)
     monkeypatch.setattr(black_box, "COMMAND", ("sh", "-c", f"cat > /dev/null; {code}"))
     log = SimpleNamespace(error=lines.append, name="controller")
     monkeypatch.setattr(boxes.box._node, "get_logger", lambda: log)
