@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from vessel_hsmc_ros.boats.ardupilot import Outputs, read_outputs, write_state
+from vessel_hsmc_ros.boats.plants import Outputs, read_outputs, write_state
 from vessel_hsmc_ros.core.kinematics import Motion
 
 

@@ -11,8 +11,8 @@ import pytest
 from click.testing import CliRunner
 from sockets import free_port
 
-from vessel_hsmc_ros.boats.ardupilot import Outputs, Physics, Wiring
 from vessel_hsmc_ros.boats.autopilot import Pulses
+from vessel_hsmc_ros.boats.plants import Outputs, Physics, Wiring
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import share_directory

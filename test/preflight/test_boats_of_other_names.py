@@ -13,7 +13,7 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.messages.topics import definition
-from vessel_hsmc_ros.preflight.from_bag import connection_in
+from vessel_hsmc_ros.preflight.expected import connection_in
 from vessel_hsmc_ros.report.from_bag import of_bag
 from vessel_hsmc_ros.studies.identification.measurements import from_bag
 

@@ -8,7 +8,7 @@ from bag_making import CLOCK, clock, topic
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter, qos_entry
-from vessel_hsmc_ros.preflight.from_bag import connection_in
+from vessel_hsmc_ros.preflight.expected import connection_in
 
 RELIABLE, BEST_EFFORT = qos_entry(True, False), qos_entry(False, False)
 LATCHED, WEAK = qos_entry(True, True), qos_entry(False, True)

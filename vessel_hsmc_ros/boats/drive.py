@@ -11,13 +11,13 @@ from std_msgs.msg import Float64, UInt16
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.boats.parameters import DriveParameters
-from vessel_hsmc_ros.boats.takeover import StopLatch
+from vessel_hsmc_ros.boats.takeover import PassingNode, StopLatch
 from vessel_hsmc_ros.core.kernel import between, clip
 from vessel_hsmc_ros.core.thruster_layout import HIGHEST, LOWEST
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, WARN, VesselNode
 from vessel_hsmc_ros.nodes.commands import NO_COMMAND, Command, CommandInput, finite, is_finite
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
@@ -80,7 +80,7 @@ class ThrustInput:
         return self._node.connections.shared(*self._topics)
 
 
-class DriveNode(VesselNode):
+class DriveNode(PassingNode):
     """Takes `cmd_wrench`, in the form pwm the thrusts of thruster_allocation, and publishes it in the form of a stack.
 
     normalised and helm: shares of the largest force and moment. cmd_vel: surge speed and yaw rate, for stacks with loops of their
@@ -232,10 +232,6 @@ class DriveNode(VesselNode):
         self._command = (0.0,) * len(self._command)
         self._publish(self._command)
 
-    def retune(self, parameters: DriveParameters) -> None:
-        """Take a changed time-out."""
-        self._input.retune(parameters.command_timeout)
-
     def close(self) -> None:
         """Leave the drives without a command: zero, several times."""
         if self.connected and (self._latch.share or self._zeros < LAST_COMMANDS):
@@ -245,16 +241,6 @@ class DriveNode(VesselNode):
                 publisher.wait_for_all_acked(Duration(nanoseconds=round(ACKNOWLEDGE_LIMITS["real time"] * NANOSECONDS)))
         super().close()
 
-    def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Whether commands are passed on."""
-        values = {"share": self._latch.share, "sent": self._sent, "stopped": self._latch.stopped}
-        if self._latch.stopped:
-            return WARN, self._latch.text, values
-        if self.problem.current:
-            return *self.problem.current, values
-        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
-
-    def diagnostic_tasks(self) -> list[DiagnosticTask]:
-        """The status, and that of the commands."""
-        level, text = self._input.problem() or (OK, "fresh")
-        return [*super().diagnostic_tasks(), DiagnosticTask("command", level, text, self._input.values())]
+    def values(self) -> dict[str, Any]:
+        """The number of commands sent."""
+        return {"sent": self._sent}

@@ -25,11 +25,11 @@ from vessel_hsmc_ros.boats.autopilot import (
 )
 from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
 from vessel_hsmc_ros.boats.parameters import MavlinkParameters
-from vessel_hsmc_ros.boats.takeover import StopLatch, Takeover
+from vessel_hsmc_ros.boats.takeover import PassingNode, StopLatch, Takeover
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, DiagnosticTask
 from vessel_hsmc_ros.nodes.odometry_output import datum_publisher, transform_publisher
 
 POLL_PERIOD = 0.01  # time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect
@@ -39,7 +39,7 @@ NEEDED = ("HEARTBEAT", "LOCAL_POSITION_NED", "ATTITUDE")
 SLOW_STREAM_RATE = 5.0  # rate at which the messages are requested that are no part of the motion, Hz
 
 
-class MavlinkNode(VesselNode):
+class MavlinkNode(PassingNode):
     """Publishes odometry from an autopilot's position and attitude, and passes commands on while it is ready for them.
 
     It takes commands of a controller that is not in standby, while the autopilot is armed, in the mode of the form, without a
@@ -60,7 +60,9 @@ class MavlinkNode(VesselNode):
         super().__init__(**options)
         p = self.parameters
         self._link = Link(p.connection, p.baud, p.system_id, p.target_system)
-        self._handover = Handover(p.mode_number, p.heartbeat_timeout, {number: name for name, number in SURFACE_MODES.items()})
+        self._handover: Handover = Handover(
+            p.mode_number, p.heartbeat_timeout, {number: name for name, number in SURFACE_MODES.items()}
+        )
         self._sticks = Sticks([int(c) for c in p.stick_channels], p.stick_threshold)
         self._pulses = Pulses(*p.pulses)
         self._boot = BootClock()
@@ -87,7 +89,8 @@ class MavlinkNode(VesselNode):
         self._state_datum = datum_publisher(self, self._odometry.header.frame_id)
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
-        self._commands = Commands(self, self._link, self._sticks, self.refuse)
+        self._commands = Commands(self, self._link, self._sticks)
+        self._input = self._commands.wrench
         self._takeover = Takeover(self, self._handover, self._give_back, self._sticks.rest)
         self._latch = StopLatch(self, "the output", self._give_back)
 
@@ -203,7 +206,7 @@ class MavlinkNode(VesselNode):
             self.refuse(f"{self.parameters.connection} is broken: {self._link.broken}")
             self._link.reopen()
         self._link.heartbeat()
-        if missing := self._missing():
+        if missing := self.awaited():
             self.get_logger().warning(missing, throttle_duration_sec=5.0)
         self._request(time.monotonic())
         self._read_failsafes(time.monotonic())
@@ -227,7 +230,7 @@ class MavlinkNode(VesselNode):
         if self._origin is None:
             self._link.request("GPS_GLOBAL_ORIGIN", 0.0)
 
-    def _missing(self) -> str:
+    def awaited(self) -> str:
         """Which messages are awaited; empty if all come."""
         now, p = time.monotonic(), self.parameters
         if not self._link.target:
@@ -265,10 +268,6 @@ class MavlinkNode(VesselNode):
 
     # -- diagnostics and the end -------------------------------------------------------------------------------------
 
-    def retune(self, parameters: MavlinkParameters) -> None:
-        """Take a changed time-out."""
-        self._commands.retune(parameters)
-
     def close(self) -> None:
         """Leave the autopilot without a command: zero, several times, and the channels given back."""
         if self._zeros < LAST_COMMANDS or self._latch.share or self._releases:
@@ -277,25 +276,17 @@ class MavlinkNode(VesselNode):
         super().close()
         self._link.close()
 
-    def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Whether commands are passed on, and what is awaited."""
-        values: dict[str, Any] = {"share": self._latch.share, "stopped": self._latch.stopped, "system": self._link.target}
+    def values(self) -> dict[str, Any]:
+        """The system, its origin, and the numbers of its messages."""
+        values: dict[str, Any] = {"system": self._link.target}
         values |= {name.lower(): count for name, count in sorted(self._received.items()) if name in (*STREAMS, "HEARTBEAT")}
         if self._origin is not None:
             values |= {"origin_latitude": self._origin[0], "origin_longitude": self._origin[1]}
-        if self._latch.stopped:
-            return WARN, self._latch.text, values
-        if missing := self._missing():
-            return WARN, missing, values
-        if self.problem.current:
-            return *self.problem.current, values
-        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
+        return values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
-        """The status, that of the autopilot, and that of the commands."""
-        waits = self._handover.taken or self._handover.waits(time.monotonic())
-        autopilot = DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {})
+        """Those of the commands, and the failsafes."""
         read, p = self._failsafes, self.parameters
         values = {"firmware": read.firmware, "system_id": p.system_id, "requests": p.stream_rate > 0.0, **read.values}
         failsafes = DiagnosticTask("failsafes", OK, f"{len(read.values)} parameters of the autopilot are known", values)
-        return [*super().diagnostic_tasks(), autopilot, failsafes, *self._commands.diagnostic_tasks()]
+        return [*super().diagnostic_tasks(), failsafes]

@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -16,7 +16,7 @@ from vessel_hsmc_ros.boats.autopilot import RELEASED, YAW_RATE_AND_THRUST, Pulse
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import OK, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.commands import CommandInput, finite
 
 MOST_MESSAGES = 500  # messages that are read at a time: a flood must not keep the node from its other work
@@ -131,35 +131,25 @@ class Commands:
     """The commands of one form: the latest one, and its message.
 
     manual has the shares of force and moment, channels that of each thruster, and guided the share of the cruise speed and the
-    yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio.
+    yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio. `wrench`: the input of manual.
     """
 
-    def __init__(self, node: VesselNode, link: Link, sticks: Sticks, refuse: Callable[[str], None]) -> None:
-        p = self._p = node.parameters
-        self._link, self._sticks, self._refuse = link, sticks, refuse
+    def __init__(self, node: VesselNode, link: Link, sticks: Sticks) -> None:
+        p = node.parameters
+        self._node, self._link, self._sticks, self._refuse = node, link, sticks, node.refuse
         self._pulses = Pulses(*p.pulses)
         self._thrusters = p.vessel.thrusters.thrusters()
         self._thrusts: dict[int, tuple[float, float]] = {}
         self._twist: tuple[float, tuple[float, float]] = -math.inf, (0.0, 0.0)
-        self._input: CommandInput | None = None
+        self.wrench: Any = None  # a CommandInput
         if p.form == "manual":
-            self._input = CommandInput(node, "cmd_wrench", p.command_timeout)
-            node.listen(WrenchStamped, "cmd_wrench", self._on_wrench, qos.NEWEST)
+            self.wrench = CommandInput(node, "cmd_wrench", p.command_timeout)
+            node.listen(WrenchStamped, "cmd_wrench", self.wrench.take, qos.NEWEST)
         elif p.form == "guided":
             node.listen(TwistStamped, "cmd_vel", self._on_velocity, qos.NEWEST)
         for topic, index, _ in p.vessel.thrusters.topics() if p.form == "channels" else ():
             node.listen(Float64, topic, partial(self._on_thrust, index), qos.NEWEST)
         self.nothing: Shares = (0.0,) * (len(p.channels) if p.form == "channels" else 2)
-
-    def retune(self, parameters: Any) -> None:
-        """Take a changed time-out."""
-        self._p = parameters
-        if self._input is not None:
-            self._input.retune(parameters.command_timeout)
-
-    def _on_wrench(self, message: WrenchStamped) -> None:
-        if self._input is not None:
-            self._input.take(message)
 
     def _on_velocity(self, message: TwistStamped) -> None:
         pair = message.twist.linear.x, message.twist.angular.z
@@ -176,9 +166,10 @@ class Commands:
 
     def present(self) -> Shares | None:
         """The command that holds now; None if there is none."""
-        p, limit = self._p, time.monotonic() - self._p.command_timeout
-        if self._input is not None:
-            wrench = self._input.present()
+        p = self._node.parameters
+        limit = time.monotonic() - p.command_timeout
+        if self.wrench is not None:
+            wrench = self.wrench.present()
             return wrench and (clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0))
         if p.form == "guided":
             at, (u, r) = self._twist
@@ -193,7 +184,7 @@ class Commands:
 
     def send(self, command: Shares) -> None:
         """Send a command to the autopilot."""
-        p, command = self._p, finite(command, self._refuse)
+        p, command = self._node.parameters, finite(command, self._refuse)
         if p.form == "guided":
             self._link.velocity(command[0], -command[1])
             return
@@ -208,20 +199,14 @@ class Commands:
 
     def end(self) -> None:
         """Repeat what has ended the commands: the channels given back or, in guided, zero."""
-        if self._p.form == "guided":
+        if self._node.parameters.form == "guided":
             self.send(self.nothing)
         else:
             self.give_back()
 
     def give_back(self) -> None:
         """Give the channels back to the radio, which the commands of guided do not use."""
-        if self._p.form != "guided":
-            channels = self._p.channels if self._p.form == "channels" else self._p.stick_channels
+        p = self._node.parameters
+        if p.form != "guided":
+            channels = p.channels if p.form == "channels" else p.stick_channels
             self._link.override({int(number): RELEASED for number in channels})
-
-    def diagnostic_tasks(self) -> list[DiagnosticTask]:
-        """The state of the wrench, where it is the command."""
-        if self._input is None:
-            return []
-        level, text = self._input.problem() or (OK, "fresh")
-        return [DiagnosticTask("command", level, text, self._input.values())]

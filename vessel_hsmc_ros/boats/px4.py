@@ -11,12 +11,12 @@ from px4_msgs.msg import OffboardControlMode, RoverSteeringSetpoint, RoverThrott
 from vessel_hsmc_ros.boats import autopilot as px4
 from vessel_hsmc_ros.boats.autopilot import FAILSAFE, BootClock, Handover
 from vessel_hsmc_ros.boats.parameters import Px4Parameters
-from vessel_hsmc_ros.boats.takeover import StopLatch, Takeover
+from vessel_hsmc_ros.boats.takeover import PassingNode, StopLatch, Takeover
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.commands import CommandInput, finite
 from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 
@@ -28,7 +28,7 @@ STEERING = ("normalized_steering_setpoint", "normalized_speed_diff")
 """The fields of RoverSteeringSetpoint, of which each version of PX4 has one: 1.17 and later, 1.16."""
 
 
-class Px4Node(VesselNode):
+class Px4Node(PassingNode):
     """Publishes odometry from PX4's estimate, and passes commands on while PX4 is ready for them.
 
     OffboardControlMode is streamed from the start, because PX4 needs it before Offboard can be selected, and its end is what PX4
@@ -51,7 +51,7 @@ class Px4Node(VesselNode):
         super().__init__(**options)
         p = self.parameters
         modes = {getattr(VehicleStatus, n): n.removeprefix(MODE_PREFIX) for n in dir(VehicleStatus) if n.startswith(MODE_PREFIX)}
-        self._handover = Handover(px4.OFFBOARD, p.heartbeat_timeout, modes)
+        self._handover: Handover = Handover(px4.OFFBOARD, p.heartbeat_timeout, modes)
         self._boot = BootClock()
         self._mode, self._heard, self._resets = -1, -math.inf, -1
         self._received = self._published = 0
@@ -72,7 +72,7 @@ class Px4Node(VesselNode):
         self._steering = next(name for name in STEERING if hasattr(RoverSteeringSetpoint, name))
         self.listen(VehicleOdometry, "fmu/out/vehicle_odometry", self._on_odometry, qos.NEWEST)
         self.listen(VehicleStatus, "fmu/out/vehicle_status", self._on_status, qos.NEWEST)
-        self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
+        self.listen(WrenchStamped, "cmd_wrench", self._input.take, qos.NEWEST)
         self._takeover = Takeover(self, self._handover, self._send_zero, lambda: None)
         self._latch = StopLatch(self, "the output", self._send_zero)
 
@@ -110,9 +110,6 @@ class Px4Node(VesselNode):
         self._publish_transform(self._odometry)
         self._published += 1
 
-    def _on_command(self, message: WrenchStamped) -> None:
-        self._input.take(message)
-
     def _on_timer(self) -> None:
         now, p = time.monotonic(), self.parameters
         self._handover.check(now)
@@ -143,10 +140,6 @@ class Px4Node(VesselNode):
         at = self._boot.stamp(time.monotonic())
         return self.now() // MICROSECOND if at is None else round(at * 1e6)
 
-    def retune(self, parameters: Px4Parameters) -> None:
-        """Take a changed time-out."""
-        self._input.retune(parameters.command_timeout)
-
     def close(self) -> None:
         """Leave the autopilot with zero, several times; it ends Offboard by its own time-out."""
         if self.connected:
@@ -154,24 +147,13 @@ class Px4Node(VesselNode):
                 self._send_zero()
         super().close()
 
-    def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Whether commands are passed on, and what is awaited."""
-        values = {"share": self._latch.share, "stopped": self._latch.stopped, "odometry": self._published}
-        if self._latch.stopped:
-            return WARN, self._latch.text, values
-        if self.problem.current:
-            return *self.problem.current, values
+    def values(self) -> dict[str, Any]:
+        """The number of odometry messages."""
+        return {"odometry": self._published}
+
+    def awaited(self) -> str:
+        """The topic of PX4 on which nothing has come."""
         for topic, awaited in (("vehicle_status", self._heard == -math.inf), ("vehicle_odometry", not self._received)):
             if awaited:
-                return WARN, f"waiting for {self.resolve_topic_name('fmu/out/' + topic)}", values
-        return OK, "passing commands on" if self._latch.share == 1.0 else "the output is zero or on its way", values
-
-    def diagnostic_tasks(self) -> list[DiagnosticTask]:
-        """The status, that of the autopilot, and that of the commands."""
-        waits = self._handover.taken or self._handover.waits(time.monotonic())
-        level, text = self._input.problem() or (OK, "fresh")
-        return [
-            *super().diagnostic_tasks(),
-            DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}),
-            DiagnosticTask("command", level, text, self._input.values()),
-        ]
+                return f"waiting for {self.resolve_topic_name('fmu/out/' + topic)}"
+        return ""

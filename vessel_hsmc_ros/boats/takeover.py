@@ -1,8 +1,9 @@
-"""What ends the commands that a node passes on: a ramp, a stop by a person, and an autopilot or its pilot that takes over."""
+"""Nodes that pass commands on, and what ends these: a ramp, a stop by a person, an autopilot or its pilot that takes over."""
 
 import math
 import time
 from collections.abc import Callable
+from typing import Any
 
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState
@@ -10,7 +11,7 @@ from vessel_hsmc_msgs.msg import ControlState
 from vessel_hsmc_ros.boats.autopilot import Handover
 from vessel_hsmc_ros.core.kernel import between
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import VesselNode
+from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 
 
 class StopLatch:
@@ -91,3 +92,47 @@ class Takeover:
             self._called_at = now
             if self._enable.service_is_ready():
                 self._enable.call_async(SetBool.Request(data=False))
+
+
+class PassingNode(VesselNode):
+    """A node that passes commands on: how it reports that, and its command, and takes a changed time-out."""
+
+    _latch: StopLatch
+    _input: Any = None  # the command where it has a report of its own
+    _handover: Handover | None = None  # that of an autopilot
+
+    def values(self) -> dict[str, Any]:
+        """What the status tells besides."""
+        return {}
+
+    def awaited(self) -> str:
+        """What is waited for; empty if nothing is."""
+        return ""
+
+    def retune(self, parameters: Any) -> None:
+        """Take a changed time-out."""
+        if self._input is not None:
+            self._input.retune(parameters.command_timeout)
+
+    def status(self) -> tuple[bytes, str, dict[str, Any]]:
+        """Whether commands are passed on, and what is awaited."""
+        latch = self._latch
+        values = {"share": latch.share, "stopped": latch.stopped, **self.values()}
+        if latch.stopped:
+            return WARN, latch.text, values
+        if self.problem.current:
+            return *self.problem.current, values
+        if awaited := self.awaited():
+            return WARN, awaited, values
+        return OK, "passing commands on" if latch.share == 1.0 else "the output is zero or on its way", values
+
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The status, that of the autopilot, and that of the commands."""
+        tasks = super().diagnostic_tasks()
+        if self._handover is not None:
+            waits = self._handover.taken or self._handover.waits(time.monotonic())
+            tasks.append(DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}))
+        if self._input is not None:
+            level, text = self._input.problem() or (OK, "fresh")
+            tasks.append(DiagnosticTask("command", level, text, self._input.values()))
+        return tasks

@@ -28,7 +28,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, NavSatFix
 from std_msgs.msg import Float32, Float64
 
-from vessel_hsmc_ros.boats.vrx_world import RATE, Goal, World
+from vessel_hsmc_ros.boats.plants import RATE, Goal, World
 from vessel_hsmc_ros.core.exceptions import ParameterError, VesselHsmcError
 from vessel_hsmc_ros.core.kinematics import GRAVITY, quaternion_from_heading
 from vessel_hsmc_ros.scenario.own_ship import scenario_for

@@ -7,15 +7,15 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.boats.parameters import WatchdogParameters
-from vessel_hsmc_ros.boats.takeover import StopLatch
+from vessel_hsmc_ros.boats.takeover import PassingNode, StopLatch
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, DiagnosticTask
 from vessel_hsmc_ros.nodes.commands import Command, CommandInput, finite
 
 
-class WatchdogNode(VesselNode):
+class WatchdogNode(PassingNode):
     """Passes `cmd_wrench` on as `watched_wrench` while it is fresh; otherwise the wrench ramps to zero.
 
     For thruster drivers without a time-out of their own. It runs in a process of its own, so that it outlives the controller,
@@ -84,10 +84,6 @@ class WatchdogNode(VesselNode):
         for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():
             self._heard_at[name] = time.monotonic()
 
-    def retune(self, parameters: WatchdogParameters) -> None:
-        """Take a changed time-out."""
-        self._input.retune(parameters.command_timeout)
-
     def close(self) -> None:
         """Leave the driver without a command: zero, several times."""
         now = self.now()
@@ -95,25 +91,12 @@ class WatchdogNode(VesselNode):
             self._send((0.0, 0.0), now + number)
         super().close()
 
-    def status(self) -> tuple[bytes, str, dict[str, Any]]:
-        """Whether commands are passed on; an error names the nodes that are silent."""
-        values = {"share": self._latch.share, "stopped": self._latch.stopped}
-        if self._latch.stopped:
-            return WARN, self._latch.text, values
-        if self.problem.current:
-            return *self.problem.current, values
-        return OK, "passing commands on" if self._is_fresh() else "the wrench is zero or on its way there", values
-
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
-        """The status, that of the commands, and that of the heartbeats."""
-        level, text = self._input.problem() or (OK, "fresh")
+        """Those of the commands, and the heartbeats."""
         ages = {name: time.monotonic() - at for name, at in self._heard_at.items()}
         silent = [f"{name} for {age:.1f} s" for name, age in ages.items() if age > self.parameters.heartbeat_timeout]
         heartbeat = (ERROR, f"no diagnostics of {', '.join(silent)}") if silent else (OK, "all nodes are alive")
         if silent:
             self.get_logger().error(heartbeat[1], throttle_duration_sec=5.0)
-        return [
-            *super().diagnostic_tasks(),
-            DiagnosticTask("command", level, text, self._input.values()),
-            DiagnosticTask("heartbeat", *heartbeat, {f"{name}_age": age for name, age in ages.items()}),
-        ]
+        values = {f"{name}_age": age for name, age in ages.items()}
+        return [*super().diagnostic_tasks(), DiagnosticTask("heartbeat", *heartbeat, values)]

@@ -12,9 +12,9 @@ import click
 from rich.console import Console
 from rich.markup import escape
 
-from vessel_hsmc_ros.boats.ardupilot import PORT, Physics, Wiring, serve
 from vessel_hsmc_ros.boats.autopilot import Pulses
 from vessel_hsmc_ros.boats.interfaces import interface, interface_text
+from vessel_hsmc_ros.boats.plants import PORT, Physics, Wiring, serve
 from vessel_hsmc_ros.cli.console import print_line, print_warning, write_new
 from vessel_hsmc_ros.cli.options import (
     json_option,
@@ -208,7 +208,7 @@ def check(
 def _recorded(bag: Path, stack: Interface | None) -> Connection:
     require("lz4", "mcap", "rosbags", "zstandard")
     from vessel_hsmc_ros.bags.reader import open_bag
-    from vessel_hsmc_ros.preflight.from_bag import connection_in
+    from vessel_hsmc_ros.preflight.expected import connection_in
 
     return connection_in(open_bag(bag), stack)
 

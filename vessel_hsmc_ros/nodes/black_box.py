@@ -1,17 +1,15 @@
 """The black box of a node: its last messages, serialised and in bounded memory, written as a bag when an error occurs.
 
-A process of its own writes the bag, which a thread feeds message by message: the node would delay its control period.
+A process of its own writes the bag, fed by a thread: the node would delay its control period.
 """
 
 import pickle
-import re
 import subprocess
 import sys
 import threading
 import time
-import uuid
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from datetime import datetime, timezone
 from pathlib import Path
@@ -85,9 +83,10 @@ class BlackBox:
     def write(self, reason: str, ends: bool = False) -> None:
         """Write the messages as a bag, in the background; after an error that ends the node nothing further is taken."""
         if ends:
-            line = Log(level=int(LoggingSeverity.FATAL), name=self._node.get_logger().name, msg=reason)
-            line.stamp = conversions.time_message(self._node.get_clock().now().nanoseconds)
-            self.keep_log(line)  # /rosout would bring it too late
+            stamp = conversions.time_message(self._node.get_clock().now().nanoseconds)
+            self.keep_log(  # /rosout would bring it too late
+                Log(stamp=stamp, level=int(LoggingSeverity.FATAL), name=self._node.get_logger().name, msg=reason)
+            )
             self._ending.set()
         if time.monotonic() - self._last < LEAST_INTERVAL or self._bags >= MOST_BAGS or not self._kept:
             return
@@ -105,18 +104,21 @@ class BlackBox:
     def _write(self, reason: str) -> None:
         self._ending.wait(AFTERWARDS)
         kept = [message for _, message in self._kept.copy()]  # a copy is one step of the interpreter: the deque is not locked
-        node = self._node.get_fully_qualified_name()
-        name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}_{re.sub(r'[^0-9A-Za-z_]+', '_', node.strip('/'))}"
-        folder = f"{self._directory or f'{get_logging_directory()}/black_box'}/{name}_{uuid.uuid4().hex[:8]}"
-        flat = schema.flatten(self._node.parameters)  # type: ignore[attr-defined]
-        values = {name: list(value) if isinstance(value, tuple) else value for name, value in flat.items()}
-        parameters = yaml.safe_dump({node: {"ros__parameters": tree(values)}}, sort_keys=False)
+        node, log = self._node.get_fully_qualified_name(), self._node.get_logger()
+        name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}{node.replace('/', '_')}"
+        folder = f"{self._directory or f'{get_logging_directory()}/black_box'}/{name}"
+        values = tree(schema.flatten(self._node.parameters))  # type: ignore[attr-defined]
+        parameters = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
+        content = b"".join(map(pickle.dumps, [(folder, reason, parameters), *kept]))
         try:
-            hand_over([(folder, reason, parameters), *kept])
+            subprocess.run(  # noqa: S603
+                COMMAND, input=content, stderr=subprocess.PIPE, timeout=WRITE_LIMIT, start_new_session=True, check=True
+            )
         except (OSError, subprocess.SubprocessError) as error:
-            self._node.get_logger().error(f"the black box is not written: {error}")
+            why = getattr(error, "stderr", None) or str(error).encode()
+            log.error(f"the black box is not written: {why.decode(errors='replace').strip()}")
         else:
-            self._node.get_logger().warning(f"{reason}: the black box is in {folder}")
+            log.warning(f"{reason}: the black box is in {folder}")
 
 
 def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int]) -> BlackBox | None:
@@ -127,20 +129,6 @@ def installed(node: Any, parameters: BlackBoxParameters, stamp: Callable[[], int
     node.create_subscription(Log, "/rosout", box.keep_log, qos.WATCHED)
     node.reporter.keep = box.keep
     return box
-
-
-def hand_over(content: Sequence[Any]) -> None:
-    """Pass folder, reason and parameters, and then messages, to the writing process. Raises OSError if it writes no bag."""
-    with subprocess.Popen(COMMAND, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True) as process:  # noqa: S603
-        try:
-            for part in content:
-                pickle.dump(part, process.stdin)  # type: ignore[arg-type]
-            _, errors = process.communicate(timeout=WRITE_LIMIT)
-        except BaseException:
-            process.kill()
-            raise
-    if process.returncode:
-        raise OSError(errors.decode(errors="replace").strip() or "its process ended")
 
 
 def write(content: BinaryIO) -> None:

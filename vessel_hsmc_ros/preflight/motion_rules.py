@@ -12,10 +12,15 @@ import numpy as np
 from vessel_hsmc_ros.control.safety.monitors import DEVIATIONS, NAMED_BIAS, SLOW_SPEED, Compared, bias, block_length, explained
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
-from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
-from vessel_hsmc_ros.preflight.samples import (
+from vessel_hsmc_ros.preflight.connection import (
     BLOCK,
+    OK,
+    TODO,
+    WRONG,
+    Connection,
+    Finding,
     Samples,
+    Topic,
     along_hull,
     carried,
     headings,

@@ -1,7 +1,7 @@
 """Rules for a connection, data in, findings out: a topic is found, typed, compatible, regular, stamped and in its frame.
 
 And what the sensors of `navsat_odom` send, and commands: a positive force drives ahead, a positive moment to port, both about as
-far as the ship's inertia has it; stop and time-out have been tried. `samples` and `motion_rules` judge what messages contain.
+far as the ship's inertia has it; stop and time-out have been tried. `connection` and `motion_rules` judge what messages contain.
 """
 
 import math
@@ -10,10 +10,21 @@ from itertools import product
 
 import numpy as np
 
-from vessel_hsmc_ros.preflight.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
+from vessel_hsmc_ros.preflight.connection import (
+    EULER,
+    OK,
+    TODO,
+    WRONG,
+    Connection,
+    Endpoint,
+    Finding,
+    Role,
+    Topic,
+    clock_step,
+    judge_stamps,
+)
 from vessel_hsmc_ros.preflight.failsafe_rules import judge_failsafes
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
-from vessel_hsmc_ros.preflight.samples import clock_step, judge_stamps
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs
 
 LEAST_RATE = 5.0  # rate of the state down to which the loop steers, Hz (benchmarks/boats.py)

@@ -20,8 +20,20 @@ import numpy as np
 from vessel_hsmc_ros.control.safety.monitors import SLOW_SPEED
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY
-from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
-from vessel_hsmc_ros.preflight.samples import Samples, carried, motions_of, noises, sample_rate, times_of
+from vessel_hsmc_ros.preflight.connection import (
+    OK,
+    TODO,
+    WRONG,
+    Connection,
+    Finding,
+    Samples,
+    Topic,
+    carried,
+    motions_of,
+    noises,
+    sample_rate,
+    times_of,
+)
 
 GRID = 0.1  # interval to which motion and commands are brought, s
 WIDTHS = (2, 4, 8, 16, 32, 64)  # numbers of intervals over which they are smoothed, until noise does not count

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import BagWarning, ParameterError, Scenario
 from vessel_hsmc_ros.core.run_data import Run, held
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, stretches_of
 from vessel_hsmc_ros.messages.conversions import path_event
-from vessel_hsmc_ros.preflight.from_bag import faults_in
+from vessel_hsmc_ros.preflight.expected import faults_in
 from vessel_hsmc_ros.report.record import Mark, Record, analyse, control_intervals, has_legs, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

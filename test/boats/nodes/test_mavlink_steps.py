@@ -91,7 +91,7 @@ class Boat(SteppedNode):
         self.node._poll()
         self.node._takeover._on_state(ControlState(operation=given.operation))
         if given.command:
-            self.node._commands._on_wrench(self.command_of(given.command, 100.0, -25.0))
+            self.node._commands.wrench.take(self.command_of(given.command, 100.0, -25.0))
         self.node._on_timer()
         sent = [each for each in self.link.sent[count:] if each[0] == "manual"]
         return float(sent[-1][2]) / FULL["manual"][2] if sent else 0.0  # type: ignore[operator]
@@ -99,7 +99,7 @@ class Boat(SteppedNode):
     def command(self) -> None:
         commands = self.node._commands
         if self.form == "manual" and self.silent != "all":
-            commands._on_wrench(self.wrench(100.0, -25.0))
+            commands.wrench.take(self.wrench(100.0, -25.0))
         elif self.form == "guided" and self.silent != "all":
             twist = TwistStamped()
             twist.twist.linear.x, twist.twist.angular.z = 1.0, -0.2

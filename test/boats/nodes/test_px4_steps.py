@@ -49,7 +49,7 @@ class Boat(SteppedNode):
             self.node._on_status(VehicleStatus(**self.status))
             self.node._takeover._on_state(ControlState(operation=operation))
             if commanded:
-                self.node._on_command(self.wrench(100.0, -10.0))
+                self.node._input.take(self.wrench(100.0, -10.0))
             self.node._on_timer()
         sent = self.sent[count:]
         throttle = [message.throttle_body_x for topic, message in sent if topic == "fmu/in/rover_throttle_setpoint"]
@@ -67,7 +67,7 @@ class Boat(SteppedNode):
         self.estimate(self.boot, self.boot)
         self.node._takeover._on_state(ControlState(operation=given.operation))
         if given.command:
-            self.node._on_command(self.command_of(given.command, 100.0, -10.0))
+            self.node._input.take(self.command_of(given.command, 100.0, -10.0))
         self.node._on_timer()
         throttle = [m.throttle_body_x for topic, m in self.sent[count:] if topic == "fmu/in/rover_throttle_setpoint"]
         return throttle[-1] / 0.5 if throttle else 0.0

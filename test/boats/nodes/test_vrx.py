@@ -12,8 +12,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, NavSatFix
 from std_msgs.msg import Float32, Float64
 
+from vessel_hsmc_ros.boats.plants import ANTENNA, ORIGIN, RATE, Goal, World, pose_error
 from vessel_hsmc_ros.boats.vrx import Vrx, main, read_goal, wam_v
-from vessel_hsmc_ros.boats.vrx_world import ANTENNA, ORIGIN, RATE, Goal, World, pose_error
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.geodesy import Plane
 from vessel_hsmc_ros.core.kinematics import Motion
