@@ -119,7 +119,7 @@ class VesselNode(Node, metaclass=Whole):
         self.reporter = Reporter(self, lambda: self.stamp if self.parameters.lockstep else self.now(), self.PARAMETERS)
         self.create_timer(1.0, self.publish_diagnostics, clock=self.wall)
         self.create_timer(LEVEL_PERIOD, lambda: self.publish_diagnostics(only_changes=True), clock=self.wall)
-        self._connecting = self.create_timer(0.02, self._check_connected, clock=self.wall)
+        self._connecting = self.create_timer(0.01, self._check_connected, clock=self.wall)
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any, **options: Any) -> Publisher:
         """As that of rclpy; readers that cannot be connected are reported, and a user may override the quality of service."""

@@ -165,7 +165,7 @@ class PromptExecutor(SingleThreadedExecutor):
 
 
 class DirectExecutor(PromptExecutor):
-    """Serves some subscriptions as soon as they hold a message, and all else of its nodes every `service_period`.
+    """Serves some subscriptions as soon as they hold a message, and all else of its nodes when idle and every `service_period`.
 
     `subscriptions`: those served directly. The list may grow while the executor runs. `poll_period`: poll the subscriptions
     with this period, s, so that many messages cost one wake-up; 0 waits for messages instead.
@@ -191,10 +191,10 @@ class DirectExecutor(PromptExecutor):
         wait_set = rclpy_implementation.WaitSet(len(direct), 0, 0, 0, 0, 0, self._context.handle)
         next_service = 0.0
         while unchanged():
-            busy = take_all(direct) or self._wait(wait_set, direct, longest_wait)
+            busy = take_all(direct) or self._wait(wait_set, direct)
             if busy and time.monotonic() < next_service:
                 continue
-            rest = entities.wait(0.0)
+            rest = entities.wait(0.0 if busy else longest_wait)
             self._call(entities.timers)
             end = time.monotonic() + self._service_period
             while not self._changed and take_all(others) and time.monotonic() < end:
@@ -202,13 +202,15 @@ class DirectExecutor(PromptExecutor):
             self._serve_rest(rest, entities.ready, self._service_period)
             next_service = time.monotonic() + self._service_period
 
-    def _wait(self, wait_set: Any, direct: Sequence[Subscription], longest: float) -> bool:
-        """Wait for a message; returns whether there may be one."""
-        if self._poll_period or not direct:
-            time.sleep(self._poll_period or SERVICE_PERIOD)
-            return bool(direct)
+    def _wait(self, wait_set: Any, direct: Sequence[Subscription]) -> bool:
+        """Wait for a message for a short time; returns whether there may be one."""
+        if self._poll_period:
+            time.sleep(self._poll_period)
+            return True
+        if not direct:
+            return False
         wait_set.clear_entities()
         for subscription in direct:
             wait_set.add_subscription(subscription.handle)
-        wait_set.wait(int(min(longest, SERVICE_PERIOD) * 1e9))
+        wait_set.wait(int(BOUND * 1e9))
         return bool(wait_set.get_ready_entities("subscription"))

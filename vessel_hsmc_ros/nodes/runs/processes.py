@@ -2,6 +2,7 @@
 
 import ctypes
 import errno
+import gc
 import os
 import re
 import signal
@@ -193,6 +194,7 @@ class NodeGroup:
 
         arguments = command[command.index(NODES) + 1 :]
         node_group.import_nodes(arguments)
+        gc.freeze()  # else a collection in the fork visits, and so copies, all that has been imported
 
         def work() -> int:
             end_on_interrupt()
