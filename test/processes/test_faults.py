@@ -98,6 +98,7 @@ def test_a_lost_position_leads_to_the_safe_action_with_its_reason_and_back(carri
     assert {m.reason for m in states} == {ControlState.NOT_FINITE}
 
 
+@pytest.mark.long
 def test_a_lost_position_is_ridden_through_by_dead_reckoning_where_that_is_declared(carried_out: Any) -> None:
     declared = ("--set", "controller.safety.dead_reckoning=2")
     bag, _ = carried_out(LOST, 1.5, "--no-page", *declared)
