@@ -16,6 +16,7 @@ LAUNCH_TEST = EXAMPLE.with_name("test_boat_launch.py")
 REPORT = re.compile(r"boat at (\S+) (\S+), (\S+) m from the reference")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not EXAMPLE.exists(), reason="the examples are part of the source tree only")
 def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Command]) -> None:
     command = start("python", EXAMPLE)

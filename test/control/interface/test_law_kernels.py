@@ -45,8 +45,8 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "open_loop": [{"times": (0.0, 0.1, 0.2), "surge_force": (1.0, 2.0, 3.0), "yaw_moment": (4.0, 5.0, 6.0)}],
 }
 FIRST = ("los_pid", "pd")
-CASES = [(name, settings) for name in (*FIRST, *KERNEL_LAWS) if name != "guided" for settings in SETTINGS[name]]
-CASES = [case for number, case in enumerate(CASES) if case not in CASES[:number]]
+ORDERED = sorted(KERNEL_LAWS, key=lambda name: name not in FIRST)
+CASES = [(name, settings) for name in ORDERED if name != "guided" for settings in SETTINGS[name]]
 """Those after the first laws are long, as their kernels are compiled for this test alone. Without the guided law, whose kernel
 takes longest to compile: test/simulation/test_compiled_loop.py compares the loops of all laws bit by bit, which are compiled for
 other tests too."""
