@@ -14,7 +14,7 @@ from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 
-RATE_HZ = 2.0
+RATE_HZ = 5.0
 KINDS = {
     "navigate_to_pose": NavigateToPose,
     "follow_path": FollowPath,
