@@ -166,6 +166,7 @@ def test_turns_that_just_keep_the_yaw_rate_alone_keep_it_in_a_survey_at_full_spe
     np.testing.assert_allclose(W[on_the_way], p.lawnmower.speed, rtol=1e-9)
 
 
+@pytest.mark.long
 def test_a_survey_of_three_hundred_legs_is_sailed() -> None:
     p = boat(4.0, **{"reference_ship.lawnmower.legs": 300})
     sailing = planned(p)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -59,7 +60,7 @@ def test_a_spiral_begins_on_its_course_and_grows_by_its_spacing_a_turn(
     assert abs(cmath.phase(first * cmath.exp(-1j * course))) < step
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("side", rest_long([1.0, -1.0]))
 def test_a_vessel_sails_the_patterns_within_a_corner_of_their_tracks(side: float) -> None:
     square = planned("expanding_square", spacing=20.0 * side, legs=6, speed=1.0)
     spiral = planned("spiral", spacing=15.0 * side, radius=15.0, turns=1.5, speed=1.0)

@@ -183,43 +183,41 @@ def test_a_message_on_the_topic_takes_the_place_of_a_goal(bench: Any, start: Any
     assert text.endswith(f"{topic} took its place")
 
 
-@pytest.mark.parametrize(
-    ("name", "fields", "reason"),
-    [
-        ("follow_path", {"path": path()}, "a path must have at least one pose"),
-        ("follow_path", {"path": path((1.0, 1.0), frame="map2")}, "(got 'map2')"),
-        ("follow_path", {"path": path((1.0, math.nan))}, "pose 0 of the path must be finite numbers (got y = nan)"),
-        ("follow_path", {"path": path((570000.0, 7030000.0))}, "pose 0 of the path must be within 100 km of the reference"),
-        ("navigate_to_pose", {"pose": pose(1.0, 1.0, frame="earth")}, "(got 'earth')"),
-        ("navigate_to_pose", {"pose": pose(math.inf, 1.0)}, "goal must be finite numbers (got x = inf)"),
-        ("follow_waypoints", {"poses": []}, "a path must have at least one pose"),
-        (
-            "follow_waypoints",
-            {"poses": [pose(9.0, 0.0)], "goal_index": 1},
-            "goal_index must be below the number of poses, 1 (got 1)",
-        ),
-        (
-            "follow_waypoints",
-            {"poses": [pose(9.0, 0.0)], "number_of_loops": 2**32 - 1},
-            "poses times loops must be at most 20000",
-        ),
-        ("follow_gps_waypoints", {"gps_poses": []}, "a goal must have at least one pose"),
-        ("follow_gps_waypoints", {"gps_poses": [place(math.nan, 10.0)]}, "pose 0 must be a latitude and a longitude"),
-        ("follow_gps_waypoints", {"gps_poses": [place(10.39, 63.44)]}, "are latitude and longitude exchanged?"),
-    ],
-)
-def test_a_goal_that_cannot_be_followed_is_refused_with_the_reason_and_the_present_one_goes_on(
-    start: Any, name: str, fields: Any, reason: str
-) -> None:
+REFUSED = [
+    ("follow_path", {"path": path()}, "a path must have at least one pose"),
+    ("follow_path", {"path": path((1.0, 1.0), frame="map2")}, "(got 'map2')"),
+    ("follow_path", {"path": path((1.0, math.nan))}, "pose 0 of the path must be finite numbers (got y = nan)"),
+    ("follow_path", {"path": path((570000.0, 7030000.0))}, "pose 0 of the path must be within 100 km of the reference"),
+    ("navigate_to_pose", {"pose": pose(1.0, 1.0, frame="earth")}, "(got 'earth')"),
+    ("navigate_to_pose", {"pose": pose(math.inf, 1.0)}, "goal must be finite numbers (got x = inf)"),
+    ("follow_waypoints", {"poses": []}, "a path must have at least one pose"),
+    (
+        "follow_waypoints",
+        {"poses": [pose(9.0, 0.0)], "goal_index": 1},
+        "goal_index must be below the number of poses, 1 (got 1)",
+    ),
+    (
+        "follow_waypoints",
+        {"poses": [pose(9.0, 0.0)], "number_of_loops": 2**32 - 1},
+        "poses times loops must be at most 20000",
+    ),
+    ("follow_gps_waypoints", {"gps_poses": []}, "a goal must have at least one pose"),
+    ("follow_gps_waypoints", {"gps_poses": [place(math.nan, 10.0)]}, "pose 0 must be a latitude and a longitude"),
+    ("follow_gps_waypoints", {"gps_poses": [place(10.39, 63.44)]}, "are latitude and longitude exchanged?"),
+]
+"""Goals that cannot be followed, and the reason that is given."""
+
+
+def test_goals_that_cannot_be_followed_are_refused_with_the_reason_and_the_present_one_goes_on(start: Any) -> None:
     vessel = start("path", actions__datum=[63.44, 10.39])
     sent = sailing(vessel)
-    refused = vessel.send(name, **fields)
-    status, code, text = refused.result()
-    assert (status, code) == (ABORTED, Code.REFUSED)
-    assert reason in text
-    count = len(sent.feedback)
-    vessel.until(lambda: len(sent.feedback) > count)
-    assert not sent.done
+    for name, fields, reason in REFUSED:
+        status, code, text = vessel.send(name, **fields).result()
+        assert (status, code) == (ABORTED, Code.REFUSED), reason
+        assert reason in text
+        count = len(sent.feedback)
+        vessel.until(lambda count=count: len(sent.feedback) > count)
+        assert not sent.done
 
 
 def test_places_without_a_datum_and_paths_with_corners_that_have_no_room_are_refused(start: Any) -> None:

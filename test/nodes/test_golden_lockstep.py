@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from golden.record import deviations, load, rows
 from rclpy.serialization import deserialize_message
 
@@ -35,7 +36,11 @@ def tap(node: Any, found: Any) -> Any:
     node.send = noting
 
 
-@pytest.mark.parametrize("name", scenario_names())
+BRIEF = ("case2_tracking", "case1_pd_disturbed", "goal", "waypoints")
+"""Scenarios of which each has another law or another kind of reference; test_lockstep.py has more of them."""
+
+
+@pytest.mark.parametrize("name", rest_long(sorted(scenario_names(), key=lambda name: name not in BRIEF), len(BRIEF)))
 def test_the_nodes_reproduce_the_golden_run(bench: Any, name: str) -> None:
     scenario = load_scenario(name, CHANGES)
     offline = simulate(scenario)

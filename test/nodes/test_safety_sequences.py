@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 import pytest
+from durations import rest_long
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from safety_sequences import drive
@@ -82,7 +83,9 @@ PLANTED = [
 ]
 
 
-@pytest.mark.parametrize(("function", "find", "replace"), PLANTED, ids=[f"{f.__qualname__}: {r} for {t}" for f, t, r in PLANTED])
+@pytest.mark.parametrize(
+    ("function", "find", "replace"), rest_long(PLANTED, 3), ids=[f"{f.__qualname__}: {r} for {t}" for f, t, r in PLANTED]
+)
 def test_the_oracle_notices_a_planted_bug(monkeypatch: pytest.MonkeyPatch, function: Any, find: str, replace: str) -> None:
     text = textwrap.dedent(inspect.getsource(function))
     assert text.count(find) == 1

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import definitions
 import pytest
+from durations import rest_long
 from harness import Command, exit_code
 from sockets import free_port
 
@@ -51,9 +52,7 @@ def takes_over(port: int) -> str:
     return "mode HOLD, commands need MANUAL"
 
 
-@pytest.mark.parametrize(
-    "stack", ["mavlink", "otter", *(pytest.param(each, marks=pytest.mark.long) for each in ("ardupilot_dds", "px4"))]
-)
+@pytest.mark.parametrize("stack", rest_long(["otter", "mavlink", "ardupilot_dds", "px4"]))
 def test_a_foreign_boat_follows_a_path_and_stops(
     start: Callable[..., Command], vessel_hsmc: Callable[..., int], tmp_path: Path, stack: str
 ) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from bag_comparison import assert_equal_to_the_offline_bag
 from campaigns import INERTIA, X, campaign_file
+from durations import rest_long
 from harness import Command, run_folder
 
 from vessel_hsmc_ros import load_law_file, open_bag, simulate
@@ -57,8 +58,9 @@ def expected(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, byt
     LAWS._others = dict(before)
 
 
+@pytest.mark.parametrize("workers", rest_long([1, 2]))
 def test_a_campaign_that_was_killed_goes_on_without_losing_or_repeating_a_row(
-    start: Start, tmp_path: Path, expected: dict[str, bytes], laws: Registry
+    start: Start, tmp_path: Path, expected: dict[str, bytes], laws: Registry, workers: int
 ) -> None:
     arguments = [
         "campaign",
@@ -68,7 +70,7 @@ def test_a_campaign_that_was_killed_goes_on_without_losing_or_repeating_a_row(
         "--law-file",
         LAW_FILE,
         "--workers",
-        "2",
+        workers,
     ]
     first = start("vessel-hsmc", *arguments)
     first.until(at_least(tmp_path / "out", 3), 240.0)  # where a kernel has to be compiled first

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 import rclpy
 from driving import RealTimePlant
+from durations import rest_long
 from rclpy.executors import SingleThreadedExecutor
 
 
@@ -43,7 +44,7 @@ def bench() -> Iterator[Bench]:
     made.close()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", rest_long([signal.SIGINT, signal.SIGTERM]))
 def test_a_signal_ends_the_controller_with_zero_as_its_last_command(bench: Bench, start: Any, number: int) -> None:
     plant = RealTimePlant(bench, None)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import definitions
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.cli.command import VERBS
 from vessel_hsmc_ros.core.install_paths import share_directory
@@ -19,13 +20,24 @@ ANALYSIS = (
 """Libraries that nodes and verbs need only where they declare it."""
 
 
+WORKSPACE = "/opt/ros/jazzy"
+
+
 def code_without(modules: tuple[str, ...], code: str) -> list[str]:
     """The command that runs Python code in which modules cannot be imported."""
     return [sys.executable, "-c", f"import sys; sys.modules.update(dict.fromkeys({modules!r})); {code}"]
 
 
-@pytest.mark.parametrize("executable", ["controller_node", "vessel_sim_node", "reference_ship_node", "recorder_node"])
-@pytest.mark.parametrize("workspace", ["", "/opt/ros/jazzy"])
+@pytest.mark.parametrize(
+    ("executable", "workspace"),
+    rest_long(
+        [
+            *(("controller_node", ""), ("controller_node", WORKSPACE), ("vessel_sim_node", ""), ("vessel_sim_node", WORKSPACE)),
+            *(("reference_ship_node", ""), ("recorder_node", WORKSPACE)),
+        ],
+        3,
+    ),
+)
 def test_without_the_message_package_a_node_names_the_way_to_install_it_in_one_line(executable: str, workspace: str) -> None:
     code = f"from vessel_hsmc_ros.nodes import entry_points; sys.exit(entry_points.{executable}())"
     blocked = ("vessel_hsmc_msgs",)
@@ -56,7 +68,7 @@ def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, m
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["controller", "vessel_sim", "reference_ship"])
+@pytest.mark.parametrize("name", rest_long(["controller", "vessel_sim", "reference_ship"]))
 def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_path: Path) -> None:
     """It starts, and ends in order after SIGINT, whose handler is installed before rclpy is initialised."""
     code = (
@@ -76,7 +88,7 @@ def test_a_node_of_the_loop_runs_without_the_analysis_libraries(name: str, tmp_p
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("name", ["controller", GROUP, "vessel_sim"])
+@pytest.mark.parametrize("name", rest_long([GROUP, "controller", "vessel_sim"]))
 def test_a_node_that_is_interrupted_while_it_imports_ends_without_a_traceback(name: str, tmp_path: Path) -> None:
     (tmp_path / "yaml.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\n", encoding="utf-8")
     path = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
@@ -132,7 +144,7 @@ def test_the_help_of_every_verb_is_shown_where_all_libraries_are_missing_that_ve
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("name", ["controller", "recorder", "vessel_sim"])
+@pytest.mark.parametrize("name", rest_long(["controller", "recorder", "vessel_sim"]))
 def test_a_node_run_by_its_name_without_ros_names_the_remedy_in_one_line(name: str) -> None:
     code = f"import runpy; sys.argv[1:] = [{name!r}]; runpy.run_module('vessel_hsmc_ros.nodes', None, '__main__')"
     command = code_without(("rclpy",), code)

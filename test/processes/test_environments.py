@@ -58,6 +58,7 @@ def test_in_the_c_locale_every_verb_works(tmp_path: Path) -> None:
     assert "N·m" in page.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_a_run_of_the_nodes_works_in_the_c_locale_with_closed_standard_input(tmp_path: Path) -> None:
     line = '"$0" run case2_tracking --set vessel_sim.duration=1 --no-page <&-'
     command = ["sh", "-c", line, str(BIN / "vessel-hsmc")]
@@ -98,6 +99,7 @@ def test_a_dumb_terminal_gets_lines_without_control_sequences(tmp_path: Path) ->
     assert text.startswith("simulating case2_tracking, 1 s\r\n")
 
 
+@pytest.mark.long
 def test_in_a_narrow_terminal_every_law_is_named(tmp_path: Path) -> None:
     text = on_a_terminal(COMPARE, tmp_path, TERM="xterm", COLUMNS="60", NO_COLOR="1")
     tables = text[text.index("case2_tracking  ") :]

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from durations import rest_long
 from harness import children, process_name, run_folder
 from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
@@ -49,7 +50,7 @@ def nodes_of(command: Any) -> Any:
     return {name: named[name] for name in (*START_ORDER, GROUP) if name in named}
 
 
-FORMS = pytest.mark.parametrize("form", ["--composed", "--processes"])
+FORMS = pytest.mark.parametrize("form", rest_long(["--composed", "--processes"]))
 
 
 def check_bag(folder: Any) -> Any:
@@ -185,7 +186,7 @@ BAD_NODES = [
 """test/nodes has more of them, in one process."""
 
 
-@pytest.mark.parametrize(("executable", "arguments", "reason"), BAD_NODES)
+@pytest.mark.parametrize(("executable", "arguments", "reason"), rest_long(BAD_NODES))
 def test_a_node_that_cannot_start_logs_one_line_with_the_reason(
     start: Any, executable: str, arguments: list[str], reason: str
 ) -> None:
@@ -236,7 +237,7 @@ def test_the_error_that_ends_a_node_is_logged_as_fatal_and_reaches_rosout_and_di
     assert "Traceback" not in command.text
 
 
-@pytest.mark.parametrize("executable", ["controller_node", "recorder_node"])
+@pytest.mark.parametrize("executable", rest_long(["controller_node", "recorder_node"]))
 def test_repeated_sigint_during_shutdown_does_not_change_the_exit_code(start: Any, executable: str) -> None:
     """A terminal and `ros2 launch` each send SIGINT for one Ctrl-C."""
     command = start(executable)

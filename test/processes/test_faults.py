@@ -84,6 +84,7 @@ faults:
     assert "run with faults on /odom" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_a_lost_position_leads_to_the_safe_action_with_its_reason_and_back(carried_out: Any) -> None:
     bag, _ = carried_out(LOST, 1.9, "--no-page")
     lost = [m for _, _, m in bag.messages("/relayed/odom") if math.isnan(m.pose.pose.position.x)]
@@ -98,6 +99,7 @@ def test_a_lost_position_leads_to_the_safe_action_with_its_reason_and_back(carri
     assert {m.reason for m in states} == {ControlState.NOT_FINITE}
 
 
+@pytest.mark.long
 def test_a_lost_position_is_ridden_through_by_dead_reckoning_where_that_is_declared(carried_out: Any) -> None:
     declared = ("--set", "controller.safety.dead_reckoning=2")
     bag, _ = carried_out(LOST, 1.5, "--no-page", *declared)
@@ -105,6 +107,7 @@ def test_a_lost_position_is_ridden_through_by_dead_reckoning_where_that_is_decla
     assert {operation for at, operation in operations(bag).items() if at > 0.2} == {1}
 
 
+@pytest.mark.long
 def test_the_run_goes_on_while_a_node_is_suspended_and_restarted_on_demand(carried_out: Any) -> None:
     bag, summary = carried_out(
         "faults:\n"

@@ -15,7 +15,7 @@ def test_a_boat_and_a_mission_give_an_answer_a_page_and_an_exit_code(start: Star
     boat, way = tmp_path / "boat.yaml", tmp_path / "way.csv"
     boat.write_text(scenario_text("boat", MainData(length=4.0, power=900.0, battery=500.0)), encoding="utf-8")
     way.write_text("x,y,speed\n30,0,1\n30,20,1\n", encoding="utf-8")
-    of_today = way, "--scenario", boat, "--runs", 20, "--workers", 2, "--wind", 4, "--wind-from", 200
+    of_today = way, "--scenario", boat, "--runs", 20, "--workers", 1, "--wind", 4, "--wind-from", 200
     done = start("vessel-hsmc", "forecast", *of_today)
     assert done.wait(300.0) == 0, done.text
     assert "Yes: 20 of 20 runs do the mission in a wind of 4 m/s from 200° and no current." in done.text

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from durations import rest_long
 from harness import Command, exit_code, run_folder
 from mounting import mounted
 
@@ -37,7 +38,7 @@ def last_log_line(folder: Path, process: str) -> str:
     return (folder / "logs" / f"{process}.log").read_text(encoding="utf-8").splitlines()[-1]
 
 
-@pytest.mark.parametrize(("form", "process"), [("--composed", "node_group"), ("--processes", "recorder")])
+@pytest.mark.parametrize(("form", "process"), rest_long([("--composed", "node_group"), ("--processes", "recorder")]))
 def test_a_disk_that_fills_up_during_a_run_is_named_with_the_path(
     start: Start, small_disk: Path, form: str, process: str
 ) -> None:

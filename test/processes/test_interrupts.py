@@ -11,6 +11,7 @@ from pathlib import Path
 
 import bag_making
 import pytest
+from durations import rest_long
 from harness import BIN, Command, children, command_line, executable, run_folder
 
 Start = Callable[..., Command]
@@ -54,7 +55,10 @@ MOMENTS = {
 }
 
 
-@pytest.mark.parametrize("name", MOMENTS)
+OFTEN = "while NumPy is imported", "during a run", "during a simulation", "while a report is made"
+
+
+@pytest.mark.parametrize("name", rest_long(sorted(MOMENTS, key=lambda name: name not in OFTEN), len(OFTEN)))
 def test_ctrl_c_ends_the_command_with_one_line_and_130(start: Start, tmp_path: Path, name: str) -> None:
     arguments, moment = MOMENTS[name]
     if "../bag" in arguments:

@@ -16,6 +16,7 @@ LAUNCH_TEST = EXAMPLE.with_name("test_boat_launch.py")
 REPORT = re.compile(r"boat at (\S+) (\S+), (\S+) m from the reference")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not EXAMPLE.exists(), reason="the examples are part of the source tree only")
 def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Command]) -> None:
     command = start("python", EXAMPLE)
@@ -34,6 +35,7 @@ def test_the_boat_of_the_example_follows_its_reference(start: Callable[..., Comm
     assert not [pid for pid in nodes if Path(f"/proc/{pid}").exists()]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not LAUNCH_TEST.exists(), reason="the examples are part of the source tree only")
 def test_the_launch_test_of_the_example_passes_and_is_skipped_with_a_reason_without_launch(start: Callable[..., Command]) -> None:
     command = start("python", "-m", "pytest", "-rs", LAUNCH_TEST)

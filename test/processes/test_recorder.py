@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 import rclpy
+from durations import rest_long
 from harness import children, command_line, run_folder
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -39,7 +40,7 @@ def ship(ship_node: Any) -> Any:
     return ship_node.create_publisher(Odometry, "odom", qos.LOSSLESS)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", rest_long([signal.SIGINT, signal.SIGTERM]))
 def test_an_interrupted_recorder_completes_its_bag_and_exits_with_0(start: Any, ship: Any, number: int) -> None:
     command = start("recorder_node", "--ros-args", "-p", "directory:=bag")
     command.until(ship.get_subscription_count)

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
-pytestmark = only_compiled
+pytestmark = [only_compiled, pytest.mark.long]
 
 
 def missed(reason: str) -> pytest.MarkDecorator:

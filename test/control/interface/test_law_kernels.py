@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 
 from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.interface.law import Terms, guarded_step
@@ -43,9 +44,12 @@ SETTINGS: dict[str, list[dict[str, Any]]] = {
     "manoeuvre": [{"kind": kind, "approach_time": 0.1, "hold_time": 0.02, "steps": 3} for kind in KINDS],
     "open_loop": [{"times": (0.0, 0.1, 0.2), "surge_force": (1.0, 2.0, 3.0), "yaw_moment": (4.0, 5.0, 6.0)}],
 }
-CASES = [(name, settings) for name in KERNEL_LAWS if name != "guided" for settings in SETTINGS[name]]
-"""Without the guided law, whose kernel takes longest to compile: test/simulation/test_compiled_loop.py compares its loops
-bit by bit, which are compiled for other tests too."""
+FIRST = ("los_pid", "pd")
+ORDERED = sorted(KERNEL_LAWS, key=lambda name: name not in FIRST)
+CASES = [(name, settings) for name in ORDERED if name != "guided" for settings in SETTINGS[name]]
+"""Those after the first laws are long, as their kernels are compiled for this test alone. Without the guided law, whose kernel
+takes longest to compile: test/simulation/test_compiled_loop.py compares the loops of all laws bit by bit, which are compiled for
+other tests too."""
 
 
 def series(seed: int) -> list[tuple[Motion, Motion, Acceleration]]:
@@ -79,7 +83,9 @@ def flat(value: Any) -> list[Any]:
 
 @only_compiled
 @pytest.mark.parametrize(
-    ("name", "settings"), CASES, ids=lambda value: value if isinstance(value, str) else "-".join(map(str, value))
+    ("name", "settings"),
+    rest_long(CASES, sum(name in FIRST for name, _ in CASES)),
+    ids=lambda value: value if isinstance(value, str) else "-".join(map(str, value)),
 )
 def test_interpreted_and_compiled_kernels_are_bit_identical(name: str, settings: dict[str, Any]) -> None:
     law: Any = make_controller(name, PERIOD, **settings)

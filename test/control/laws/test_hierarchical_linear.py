@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.interface.network import NetworkParameters
@@ -66,8 +67,8 @@ ACTUATORS = {
 
 
 @pytest.mark.parametrize(("width", "within"), [(5.0, 0.2), (100.0, 0.02)])
-@pytest.mark.parametrize("turn", [0.0, 0.03])
-@pytest.mark.parametrize("name", ACTUATORS)
+@pytest.mark.parametrize("turn", rest_long([0.03, 0.0]))
+@pytest.mark.parametrize("name", rest_long(ACTUATORS))
 def test_the_linear_model_answers_an_error_of_measurement_as_the_law_on_its_hull_does(
     name: str, turn: float, width: float, within: float
 ) -> None:

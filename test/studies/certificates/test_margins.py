@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
@@ -53,7 +54,7 @@ def perturbed(scenario: Scenario, gain: float = 1.0, delays: Sequence[float] = (
     return scenario.changed(changes)
 
 
-@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("name", rest_long(["slow", "fast", "not declared"]))
 def test_the_loop_converges_within_its_margins(name: str) -> None:
     scenario = circle(**SETS[name])
     found = study(scenario).loops

@@ -87,6 +87,7 @@ def test_a_column_has_the_unit_that_suits_its_largest_value() -> None:
     assert [comparison.overview_cell(run) for run in (small, large)] == ["2 mm", "3 m"]
 
 
+@pytest.mark.long
 def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(DISABLED, "1")  # a few hundred steps take less time than the import of a compiler by each process
     tasks = [Task(Row("long", changes={"vessel_sim.duration": 4.0}), "los_pid", 50.0), Task(ROW, "los_pid", 50.0)]

@@ -249,7 +249,7 @@ def test_a_survey_and_a_reference_that_waits_have_forecasts() -> None:
     assert (survey.failure, len(survey.worst)) == ("", 2)
     waiting = plan([8.0, 0.0], changes={"reference_ship.follow": "vessel"})
     on_time = mean_run(plan([8.0, 0.0])).time
-    found = forecast(waiting, 2, 1, 2)  # interpreted, in processes
+    found = forecast(waiting, 2, 1, 1)  # interpreted
     assert all(on_time < run.time < 2.0 * on_time for run in found.runs)
 
 

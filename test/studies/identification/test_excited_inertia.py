@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 from otter_runs import OTTER, otter
 
 from vessel_hsmc_ros.core.kernel import Array
@@ -19,7 +20,7 @@ def identified(seed: int, rich: bool, held: bool) -> Identified:
     return identify([otter(seed, 10.0, rich, held)], model("coupled"))
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", rest_long([0, 1]))
 def test_from_one_turn_to_each_side_the_inertias_are_found_as_well_as_stated(seed: int) -> None:
     found = identified(seed, rich=False, held=False)
     for name in DIAGONAL_INERTIA:

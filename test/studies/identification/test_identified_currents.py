@@ -27,6 +27,7 @@ def held_out(found: Identified, current: tuple[float, float]) -> HeldOut:
     return HeldOut(run, prediction, None, steady_load(found.values, run, WINDOW, found.inputs))
 
 
+@pytest.mark.long
 @only_compiled
 # The same draws each time: of many estimates, some lie beyond three standard errors.
 @settings(max_examples=4, derandomize=True, phases=[Phase.generate])

@@ -31,7 +31,7 @@ PRINTED = Surfaces(0.3, 0.3, 0.3, 0.001, 100.0)
 def circle() -> Run:
     scenario = load_scenario("case2_tracking", {"vessel_sim.duration": 60.0})
     law = ExactModelLaw(scenario.controller.hierarchical_printed, scenario.controller.vessel, VESSEL)
-    return simulate(scenario, law=law)
+    return simulate(scenario, law=law, interpreted=True)  # the compilation of this law takes far longer
 
 
 def test_the_settling_time_is_the_last_crossing_of_the_limit() -> None:

@@ -34,6 +34,7 @@ def progress() -> list[float]:
 def results(progress: list[float]) -> dict[str, CaseResult]:
     with pytest.MonkeyPatch.context() as patch:  # in this process: some of the cases are run again in others
         patch.setattr(batch, "run_all", partial(batch.run_all, workers=1))
+        patch.setenv(DISABLED, "1")  # runs this short take less time than the compilation of their laws
         return reproduction.run_cases(SHORT, None, progress.append)
 
 
@@ -67,7 +68,8 @@ def test_results_are_read_back_as_written(folder: Path, results: dict[str, CaseR
         assert dataclasses.asdict(numbers[name]) == pytest.approx(dataclasses.asdict(result.numbers), rel=0.0, nan_ok=True)
 
 
-def test_a_second_run_gives_identical_bytes(folder: Path) -> None:
+def test_a_second_run_gives_identical_bytes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(DISABLED, "1")  # compiled runs are bit-identical: test/simulation
     some = [case for case in SHORT if case.name in ("course", "circle", "circle_exact", "circle_50_hz")]
     again = reproduction.run_cases(some, None, lambda _: None)
     cases = json.loads((folder / "results.json").read_text())["cases"]
@@ -76,7 +78,8 @@ def test_a_second_run_gives_identical_bytes(folder: Path) -> None:
         assert json.dumps(measured) == json.dumps(cases[name]["numbers"])
 
 
-def test_an_expected_divergence_is_timed_and_an_unexpected_one_is_an_error() -> None:
+def test_an_expected_divergence_is_timed_and_an_unexpected_one_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(DISABLED, "1")
     (case,) = [case for case in CASES if case.name == "circle_50_hz"]
     shorter = dataclasses.replace(case, rate_hz=45.0, changes={"vessel_sim.duration": 8.0})
     numbers = reproduction.run_cases([shorter], None, lambda _: None)["circle_50_hz"].numbers
@@ -87,7 +90,7 @@ def test_an_expected_divergence_is_timed_and_an_unexpected_one_is_an_error() -> 
 
 
 def test_an_error_of_one_case_cancels_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(DISABLED, "1")  # a few hundred steps take less time than the import of a compiler by each process
+    monkeypatch.setenv(DISABLED, "1")
     broken = dataclasses.replace(CASES[0], scenario="case2_tracking", rate_hz=45.0, changes={"vessel_sim.duration": 20.0})
     long = dataclasses.replace(CASES[4], changes={"vessel_sim.duration": 20_000.0})
     with pytest.raises(SimulationError):
