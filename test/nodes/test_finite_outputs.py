@@ -155,7 +155,7 @@ def test_whatever_is_commanded_an_autopilot_can_take_it(bench: Any, monkeypatch:
     for a, b in itertools.product(NUMBERS, NUMBERS):
         made.wait(PERIOD)
         if form == "manual":
-            given._on_wrench(made.wrench(a, b))
+            given.wrench.take(made.wrench(a, b))
         twist = TwistStamped()
         twist.twist.linear.x, twist.twist.angular.z = a, b
         given._on_velocity(twist)
