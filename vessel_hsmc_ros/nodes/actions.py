@@ -17,7 +17,6 @@ import vessel_hsmc_msgs.action
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -31,6 +30,7 @@ from vessel_hsmc_ros.guidance.waypoints import NONE, Point
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.conversions import read_goal, read_path, time_message
 from vessel_hsmc_ros.messages.topics import DATUM
+from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
 from vessel_hsmc_ros.nodes.vessel_sight import VesselSight
 from vessel_hsmc_ros.scenario.parameter_groups import OWNER
 
@@ -160,7 +160,6 @@ def missed(result: Any, way: Way, passed: int, code: int) -> None:
         result.missed_waypoints.append(one)
 
 
-RCLError = rclpy_implementation.RCLError
 TICK = 0.5  # period of feedback, and of looking at the vessel, s
 ANSWER_LIMIT = 0.5  # longest time for the last results at the end of the node, s
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -24,6 +23,7 @@ from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
+from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, RecentProblem, Reporter, summarised
 from vessel_hsmc_ros.nodes.scheduling import claim
 from vessel_hsmc_ros.scenario.parameter_groups import RealTimeParameters
@@ -200,7 +200,7 @@ class VesselNode(Node, metaclass=Whole):
         while True:
             try:
                 publisher.publish(data)
-            except rclpy_implementation.RCLError:
+            except RCLError:
                 if time.monotonic() > deadline:
                     raise BackpressureError(
                         f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?"

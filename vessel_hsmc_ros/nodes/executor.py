@@ -15,11 +15,12 @@ from rclpy.context import Context
 from rclpy.event_handler import EventHandler
 from rclpy.executors import ShutdownException, SingleThreadedExecutor, TimeoutException
 from rclpy.guard_condition import GuardCondition
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from rclpy.waitable import NumberOfEntities
+
+from vessel_hsmc_ros.nodes.rclpy_parts import InvalidHandle, WaitSet, own_guard, wants_info
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -36,14 +37,14 @@ def take_all(subscriptions: Sequence[Subscription]) -> bool:
     found = False
     for subscription in tuple(subscriptions):
         take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
-        wants_info = subscription._callback_type is Subscription.CallbackType.WithMessageInfo
+        with_info = wants_info(subscription)
         callback = subscription.callback
         for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
             taken = take(kind, raw)
             if taken is None:  # the queue is empty
                 break
             found = True
-            if wants_info:
+            if with_info:
                 callback(*taken)
             else:
                 callback(taken[0])
@@ -78,7 +79,7 @@ class Entities:
         counts = NumberOfEntities(*map(len, self._handles.values()))
         for action in self._actions:
             counts += action.get_num_entities()
-        self._wait_set = rclpy_implementation.WaitSet(*(getattr(counts, name) for name in counts.__slots__), context)
+        self._wait_set = WaitSet(*(getattr(counts, name) for name in counts.__slots__), context)
 
     def wait(self, longest: float) -> bool:
         """Wait for any of them; returns whether there is something besides messages, timers and actions."""
@@ -127,7 +128,7 @@ class PromptExecutor(SingleThreadedExecutor):
             self._changed = False
             with ExitStack() as held:
                 held.enter_context(self._context.handle)
-                entities = Entities(self.get_nodes(), self._guard, self._context.handle, held)
+                entities = Entities(self.get_nodes(), own_guard(self), self._context.handle, held)
                 self._spin(unchanged, entities, longest_wait)
 
     def _spin(self, unchanged: Callable[[], bool], entities: Entities, longest_wait: float) -> None:
@@ -143,7 +144,7 @@ class PromptExecutor(SingleThreadedExecutor):
         """Call the timers that are due; building rclpy's wait set for each would take longer than most of them do."""
         for timer in timers:
             due = False
-            with suppress(rclpy_implementation.InvalidHandle), timer.handle:  # the callback of another may have destroyed it
+            with suppress(InvalidHandle), timer.handle:  # the callback of another may have destroyed it
                 due = timer.handle.is_timer_ready()
             if due:
                 timer.handle.call_timer()
@@ -188,7 +189,7 @@ class DirectExecutor(PromptExecutor):
         direct = tuple(self._subscriptions)
         known = set(map(id, direct))
         others = [each for each in entities.subscriptions if id(each) not in known]
-        wait_set = rclpy_implementation.WaitSet(len(direct), 0, 0, 0, 0, 0, self._context.handle)
+        wait_set = WaitSet(len(direct), 0, 0, 0, 0, 0, self._context.handle)
         next_service = 0.0
         while unchanged():
             busy = take_all(direct) or self._wait(wait_set, direct)

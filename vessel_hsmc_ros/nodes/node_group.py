@@ -13,7 +13,6 @@ from importlib import import_module
 from typing import Any
 
 import rclpy
-from rclpy._rclpy_pybind11 import RCLError
 from rclpy.exceptions import ParameterException
 from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
@@ -32,6 +31,7 @@ from vessel_hsmc_ros.nodes.process import (
     spare_collections,
     trace_crashes,
 )
+from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
 from vessel_hsmc_ros.nodes.ros_environment import start_error
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 

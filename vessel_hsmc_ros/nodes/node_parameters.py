@@ -15,6 +15,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
+from vessel_hsmc_ros.nodes.rclpy_parts import overrides
 from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
 from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters
 from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
@@ -30,11 +31,11 @@ def take_given(node: Node, command_line: Sequence[str]) -> dict[str, Given]:
 
     `command_line`: that of its process; empty if the code that creates the node gives it all.
     """
-    given = {name: Given(parameter.value, "") for name, parameter in node._parameter_overrides.items()}
+    given = {name: Given(parameter.value, "") for name, parameter in overrides(node).items()}
     given |= given_parameters(command_line, node.get_fully_qualified_name())
     for name, rule in given.items():
         if name.startswith(OVERRIDES):
-            node._parameter_overrides[name] = Parameter(name, value=rule.value)
+            overrides(node)[name] = Parameter(name, value=rule.value)
         elif node.has_parameter(name) and node.get_parameter(name).value != rule.value:
             result = node.set_parameters([Parameter(name, value=rule.value)])[0]
             if not result.successful:

@@ -15,7 +15,6 @@ from types import FrameType
 from typing import Any
 
 import rclpy
-from rclpy._rclpy_pybind11 import RCLError
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
@@ -27,6 +26,7 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.nodes.base import VesselNode
 from vessel_hsmc_ros.nodes.node_parameters import in_ros_names
+from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
 from vessel_hsmc_ros.nodes.ros_environment import start_error
 from vessel_hsmc_ros.scenario import parameters
 from vessel_hsmc_ros.scenario.parameters_file import check_rules

@@ -25,6 +25,7 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.nodes.rclpy_parts import overrides
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -150,7 +151,7 @@ class Compatibility:
             policy = name.rpartition(".")[2]
             if policy not in POLICIES:
                 raise ParameterError(f"{name} is not a policy: it must be one of {', '.join(POLICIES)}")
-            value, values = self._node._parameter_overrides[name].value, POLICIES[policy]
+            value, values = overrides(self._node)[name].value, POLICIES[policy]
             if value not in values if values else type(value) is not int or value < 1:
                 allowed = f"one of {', '.join(values)}" if values else "an integer of at least 1"
                 raise ParameterError(f"{name} must be {allowed} (got {value})")
@@ -167,7 +168,7 @@ class Compatibility:
         return "; ".join(text for text, _ in self._found.values())
 
     def _given(self) -> set[str]:
-        return {name for name in getattr(self._node, "_parameter_overrides", {}) if name.startswith(OVERRIDES)}
+        return {name for name in overrides(self._node) if name.startswith(OVERRIDES)}
 
     def _note(self, topic: str, own: str, profile: QoSProfile, event: Any) -> None:
         name = self._node.resolve_topic_name(topic)
