@@ -15,7 +15,7 @@ from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, GeoPose
 
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.guidance.tasks import Code
 from vessel_hsmc_ros.nodes import qos
 

@@ -12,9 +12,8 @@ from stepped_node import SteppedNode
 from thruster_layouts import LAYOUTS, layout
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import drive, takeover, watchdog
-from vessel_hsmc_ros.boats.drive import DriveNode
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats import drive, takeover
+from vessel_hsmc_ros.boats.drive import DriveNode, WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import commands, reporting
 from vessel_hsmc_ros.nodes.base import ERROR
@@ -99,7 +98,7 @@ def test_whatever_is_commanded_shares_are_finite(bench: Any, monkeypatch: pytest
 
 
 def test_whatever_is_commanded_the_watched_wrench_is_finite(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, takeover, commands, reporting), ramp_time=0.1)
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (drive, takeover, commands, reporting), ramp_time=0.1)
     for command in itertools.product(NUMBERS, NUMBERS):
         made.wait(PERIOD)
         made.node._on_command(made.wrench(*command))

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.control.interface.actuators import dynamics
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.loop.controlled_point import controlled_point_of
+from vessel_hsmc_ros.control.interface.law import KernelLaw
+from vessel_hsmc_ros.control.loop.control_period import controlled_point_of
 from vessel_hsmc_ros.control.loop.linearised_law import LinearShip, Margins, loops, margins
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array

@@ -13,8 +13,8 @@ pytest.importorskip("pymavlink", exc_type=ImportError)
 
 from mavlink_autopilot import Autopilot
 
-from vessel_hsmc_ros.boats.interfaces import interface
 from vessel_hsmc_ros.boats.mavlink import MavlinkNode
+from vessel_hsmc_ros.boats.parameters import interface
 from vessel_hsmc_ros.nodes.remote import Remote
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Finding
 from vessel_hsmc_ros.preflight.failsafe_rules import judge_failsafes
