@@ -1,6 +1,6 @@
 """Count the imports of the package: arrows between rooms, the longest chain of modules, imports that climb back.
 
-    python tools/rooms.py
+python tools/rooms.py
 """
 
 from functools import cache

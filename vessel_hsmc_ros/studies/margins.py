@@ -2,7 +2,7 @@
 
 | symbol | meaning | unit |
 |---|---|---|
-| U | speed of the straight path: mean speed of the reference, at least U_0 of `control.loop.controlled_point` | m/s |
+| U | speed of the straight path: mean speed of the reference, at least U_0 of `control.loop.control_period` | m/s |
 | tau_1, tau_2 | surge force and yaw moment that the reference needs in calm water | N, N·m |
 | omega | rms(dtau/dt)/rms(tau - mean), the mean frequency of what it needs | rad/s |
 """

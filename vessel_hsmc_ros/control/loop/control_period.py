@@ -237,7 +237,7 @@ class ControlState(NamedTuple):
     wrench: tuple[float, float]  # commanded surge force [N] and yaw moment [N·m]
     memory: Any  # internal state of the law
     observer: ObserverState  # state of the observer
-    delta: Heading  # state of the filter of the headings of `control.loop.controlled_point`
+    delta: Heading  # state of the filter of the headings of `controlled_point_of`
     commands: DelayLine  # the last commands, where there is an observer
 
 
