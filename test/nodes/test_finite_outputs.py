@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Float64
 from stepped_node import SteppedNode
@@ -76,7 +77,7 @@ def test_a_law_without_surfaces_cannot_drive_loops_with_a_response_time_and_the_
     assert "with their surfaces, which response_time > 0 needs" in text
 
 
-@pytest.mark.parametrize("response_time", [0.0, 0.5, 60.0])
+@pytest.mark.parametrize("response_time", rest_long([0.5, 0.0, 60.0]))
 def test_whatever_the_law_reports_cmd_vel_is_finite_and_within_its_limits(
     bench: Any, monkeypatch: pytest.MonkeyPatch, response_time: float
 ) -> None:
@@ -106,7 +107,7 @@ def test_whatever_is_commanded_the_watched_wrench_is_finite(bench: Any, monkeypa
     assert_finite(made)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", rest_long(LAYOUTS, 3))
 def test_whatever_is_commanded_at_whatever_speed_all_demands_are_finite(
     bench: Any, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

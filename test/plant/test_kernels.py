@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from durations import rest_long
 from hulls import COUPLING
 from numpy.typing import NDArray
 
@@ -86,7 +87,7 @@ def commands(seed: int) -> Array:
     return np.random.default_rng(seed).normal(0.0, (1e5, 1e6), (STEPS, 2))
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", rest_long(range(20), 6))
 def test_the_compiled_plant_is_bit_identical_to_the_interpreted_one(seed: int) -> None:
     scenario = scenario_of(drawn(seed), commands(seed))
     loops = [make_loop(scenario, STEPS, interpreted=interpreted) for interpreted in (False, True)]
