@@ -68,7 +68,7 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 test: tools laws definitions  ## run all tests but the long ones
 	@$(BIN)/python -m pytest -m 'not long' --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
-test-long: tools laws  ## run the long tests: builds by pip and by colcon; demo, soak, tutorial and reproduction over nodes
+test-long: tools laws  ## run the long tests: builds by pip and by colcon; demo, soak, tutorial; further parameters of costly tests
 	@$(BIN)/python -m pytest -m long
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor

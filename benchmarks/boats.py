@@ -23,7 +23,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
-from vessel_hsmc_ros.boats.interfaces import commands, interfaces
+from vessel_hsmc_ros.boats.parameters import commands, interfaces
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "test" / "support"))

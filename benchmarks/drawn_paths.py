@@ -23,10 +23,9 @@ from paths import CURRENT, SAMPLES, SPEED, Boat, boat  # type: ignore[import-not
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.guidance.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
-from vessel_hsmc_ros.guidance.planned_track import Stretch
+from vessel_hsmc_ros.guidance.planned_track import Stretch, TimetableConstants, TimetableMemory
 from vessel_hsmc_ros.guidance.programs import follow
 from vessel_hsmc_ros.guidance.sailing import sustained
-from vessel_hsmc_ros.guidance.timetable import TimetableConstants, TimetableMemory
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
 from vessel_hsmc_ros.control.laws import LAWS as LAWS_OF_PACKAGE
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.faults import Fault
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.offline import simulate

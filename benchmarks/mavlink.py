@@ -32,7 +32,7 @@ from mavlink_autopilot import HOLD, MANUAL, Autopilot  # noqa: E402 - after the 
 from sockets import free_port  # noqa: E402
 
 from benchmarks.boats import SHIP, call, program, start  # noqa: E402
-from vessel_hsmc_ros.boats.interfaces import commands, interfaces  # noqa: E402
+from vessel_hsmc_ros.boats.parameters import commands, interfaces  # noqa: E402
 
 AT_REST = (0.0,) * 6
 DEADLINE = 30.0

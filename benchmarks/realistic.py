@@ -22,7 +22,7 @@ from rich.table import Table
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.scenario.suite import Row, Verdict, judge, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 

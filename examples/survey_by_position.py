@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from vessel_hsmc_msgs.action import FollowGPSWaypoints  # with Nav2: from nav2_msgs.action
 from vessel_hsmc_msgs.msg import GeoPoint, GeoPose  # with Nav2: from geographic_msgs.msg
 
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 
 
 def legs(latitude: float, longitude: float, length: float, width: float, spacing: float) -> list[GeoPose]:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.core.kinematics import Acceleration as Acceleration
     from vessel_hsmc_ros.core.kinematics import Motion as Motion
     from vessel_hsmc_ros.core.kinematics import wrap as wrap
-    from vessel_hsmc_ros.core.run_data import Run as Run
+    from vessel_hsmc_ros.core.metrics import Run as Run
     from vessel_hsmc_ros.core.schema import parameter as parameter
     from vessel_hsmc_ros.scenario.law_file import load_law_file as load_law_file
     from vessel_hsmc_ros.scenario.scenario import load_scenario as load_scenario
@@ -49,7 +49,7 @@ _ROOMS = {
     "Campaign": "studies.campaign.plan",
     "Law": "control.interface.law",
     "Motion": "core.kinematics",
-    "Run": "core.run_data",
+    "Run": "core.metrics",
     "Terms": "control.interface.law",
     "VesselHsmcError": "core.exceptions",
     "clip": "core.kernel",

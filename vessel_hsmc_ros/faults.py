@@ -130,10 +130,7 @@ class FaultScript:
 
 
 def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
-    """Check that a fault has the settings of its kind and no others.
-
-    Raises ParameterError if a setting is missing or does not apply.
-    """
+    """Check that a fault has the settings of its kind and no others."""
     kind = KINDS[fault.kind]
     target = _TARGETS[kind.target]
     allowed = ("at", *(("duration",) if kind.ends else ()), "kind", *target, *kind.takes)
@@ -148,10 +145,7 @@ def check_settings(fault: Fault, given: Collection[str], owner: str) -> None:
 
 
 def check_target(fault: Fault, topics: Collection[str], nodes: Collection[str], owner: str) -> None:
-    """Check that the run has the topic or the node of a fault.
-
-    Raises ParameterError if it has not, or the kind does not apply to it.
-    """
+    """Check that the run has the topic or the node of a fault."""
     target = KINDS[fault.kind].target
     if target in ("topic", "actuator") and fault.topic not in topics:
         raise ParameterError(f"{owner}.topic must be one of {', '.join(topics)} (got {fault.topic})")
@@ -193,10 +187,7 @@ THRUSTER_FIELD = "data"
 
 
 def draw(seed: int, fault: int, topic: str, number: int, purpose: str) -> float:
-    """A number uniform in [0, 1).
-
-    `number`: sequence number of the message on its topic.
-    """
+    """A number uniform in [0, 1). `number`: sequence number of the message on its topic."""
     text = f"{seed} {fault} {topic} {number} {purpose}".encode()
     return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "big") / 2.0**64
 

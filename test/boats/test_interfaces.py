@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from vessel_hsmc_ros.boats.interfaces import commands, interface, interface_text, interfaces, parameters_of
+from vessel_hsmc_ros.boats.parameters import commands, interface, interface_text, interfaces, parameters_of
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError

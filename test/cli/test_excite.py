@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.bags.writer import BagWriter
-from vessel_hsmc_ros.boats.interfaces import commands, interfaces
+from vessel_hsmc_ros.boats.parameters import commands, interfaces
 from vessel_hsmc_ros.cli import console
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.core.exceptions import ScenarioError

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 
 A, F = 6378137.0, 1.0 / 298.257223563
 E2 = F * (2.0 - F)

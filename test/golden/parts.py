@@ -16,7 +16,7 @@ from golden.part_tools import COUPLED, PERIOD, Rows, built, thinned
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.loop.allocation import Allocation
-from vessel_hsmc_ros.control.loop.controlled_point import START, controlled_point_of, to_controlled_point
+from vessel_hsmc_ros.control.loop.control_period import START, controlled_point_of, to_controlled_point
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.core import schema

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vessel_hsmc_ros.core.metrics import evaluate, heading_error, position_error, rms
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, evaluate, heading_error, position_error, rms
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.core.metrics import NO_LEG, missed, per_leg, summarise
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, track_of
-from vessel_hsmc_ros.guidance.planned_track import leg_count, passed, replaced, stretches_of, track_errors
+from vessel_hsmc_ros.guidance.planned_track import leg_count, passed_legs, replaced, stretches_of, track_errors
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.record import Record, analyse, measured, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
@@ -142,13 +142,13 @@ def test_what_is_not_passed_within_a_tenth_of_the_spacing_is_missed(far: float, 
     away = (s > first + begin * leg) & (s < first + end * leg)
     p = route.position(s) + np.where(away, 1j * far * track.near * np.exp(1j * route.course(s)), 0.0)
     assert track.near == pytest.approx(0.1 * SURVEY.lawnmower.spacing)
-    lengths = passed(track, stop, np.column_stack((p.real, p.imag)))
+    lengths = passed_legs(track, stop, np.column_stack((p.real, p.imag)))
     expected = end - begin if far > 1.0 else 0.0
     # Beyond either end of the gap, a point of the leg is still within the distance of the last position near it.
     assert [missed({k: lengths[k]}) for k in range(4)] == pytest.approx([0.0, expected, 0.0, 0.0], abs=2.1 * track.near / leg)
     assert missed(lengths) == pytest.approx(0.25 * expected, abs=2.1 * track.near / leg)
     assert missed({}) is None
-    assert passed(track, start - 1.0, np.zeros((3, 2))) == {}
+    assert passed_legs(track, start - 1.0, np.zeros((3, 2))) == {}
 
 
 def test_a_run_in_is_no_leg() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from action_client import RATE_HZ, Sent, Vessel, path, pose
 from action_msgs.msg import GoalStatus
+from durations import rest_long
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import BatteryState, NavSatFix
@@ -15,7 +16,7 @@ from std_msgs.msg import Empty
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, GeoPose
 
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.guidance.tasks import Code
 from vessel_hsmc_ros.nodes import qos
 
@@ -267,7 +268,7 @@ def test_a_reset_ends_a_goal(bench: Any, start: Any) -> None:
     assert sent.result() == (ABORTED, Code.RESET, "the reference was reset")
 
 
-@pytest.mark.parametrize("mode", ["goal", "path"])
+@pytest.mark.parametrize("mode", rest_long(["goal", "path"]))
 def test_a_goal_that_is_held_goes_on_from_where_it_was(bench: Any, start: Any, mode: str) -> None:
     vessel = start(mode)
 

@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from geometry_msgs.msg import TwistStamped
 from std_msgs.msg import Float64
 from stepped_node import SteppedNode
 from thruster_layouts import LAYOUTS, layout
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import drive, takeover, watchdog
-from vessel_hsmc_ros.boats.drive import DriveNode
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats import drive, takeover
+from vessel_hsmc_ros.boats.drive import DriveNode, WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import commands, reporting
 from vessel_hsmc_ros.nodes.base import ERROR
@@ -77,7 +77,7 @@ def test_a_law_without_surfaces_cannot_drive_loops_with_a_response_time_and_the_
     assert "with their surfaces, which response_time > 0 needs" in text
 
 
-@pytest.mark.parametrize("response_time", [0.0, 0.5, 60.0])
+@pytest.mark.parametrize("response_time", rest_long([0.5, 0.0, 60.0]))
 def test_whatever_the_law_reports_cmd_vel_is_finite_and_within_its_limits(
     bench: Any, monkeypatch: pytest.MonkeyPatch, response_time: float
 ) -> None:
@@ -99,7 +99,7 @@ def test_whatever_is_commanded_shares_are_finite(bench: Any, monkeypatch: pytest
 
 
 def test_whatever_is_commanded_the_watched_wrench_is_finite(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, takeover, commands, reporting), ramp_time=0.1)
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (drive, takeover, commands, reporting), ramp_time=0.1)
     for command in itertools.product(NUMBERS, NUMBERS):
         made.wait(PERIOD)
         made.node._on_command(made.wrench(*command))
@@ -107,7 +107,7 @@ def test_whatever_is_commanded_the_watched_wrench_is_finite(bench: Any, monkeypa
     assert_finite(made)
 
 
-@pytest.mark.parametrize("name", LAYOUTS)
+@pytest.mark.parametrize("name", rest_long(LAYOUTS, 3))
 def test_whatever_is_commanded_at_whatever_speed_all_demands_are_finite(
     bench: Any, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

@@ -13,10 +13,9 @@ from stepped_node import SteppedNode
 from thruster_layouts import layout
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import drive, takeover, watchdog
-from vessel_hsmc_ros.boats.drive import DriveNode
+from vessel_hsmc_ros.boats import drive, takeover
+from vessel_hsmc_ros.boats.drive import DriveNode, WatchdogNode
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import commands
@@ -34,7 +33,7 @@ class Vessel(SteppedNode):
     """A node of a vessel of a fleet, whose commands are in its frame."""
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, kind: Any, **more: Any) -> None:
-        modules = (drive, watchdog, takeover, commands, sim_node, drives)
+        modules = (drive, takeover, commands, sim_node, drives)
         super().__init__(bench, monkeypatch, kind, modules, frame_prefix=PREFIX, **more)
 
     def command(self) -> Any:

@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 import rclpy
 import yaml
+from durations import rest_long
 from harness import Command
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -80,7 +81,7 @@ NEEDED = {"thruster_allocation": ["-p", "vessel:=otter"]}
 """Rules without which a node does not start."""
 
 
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("name", rest_long(EVERY, 3))
 def test_a_rule_of_the_command_line_beats_each_section_of_the_file_before_it(tmp_path: Path, name: str) -> None:
     for remap in ([], ["-r", "__ns:=/alpha"]):
         file, needed = ["--params-file", written(tmp_path, SHARED.format(node=name))], NEEDED.get(name, [])
@@ -178,7 +179,7 @@ def dumped(node: Any) -> str:
     return yaml.dump({node.get_fully_qualified_name(): {"ros__parameters": values}}, default_flow_style=False)
 
 
-@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize("name", rest_long(EVERY, 3))
 def test_what_ros2_param_dumps_it_loads_again(tmp_path: Path, name: str) -> None:
     with started(class_of(name), ["--ros-args", *NEEDED.get(name, [])]) as node:
         text = dumped(node)
@@ -204,7 +205,7 @@ def groups(node: Any, kinds: Collection[str]) -> set[str]:
     return {name.partition(".")[0] for name in node._parameters} & set(kinds)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", rest_long(LAWS, 3))
 def test_a_controller_declares_its_own_law_alone_and_a_bag_with_these_parameters_has_the_same_scenario(
     tmp_path: Path, law: str
 ) -> None:
@@ -231,7 +232,7 @@ def test_a_controller_declares_its_own_law_alone_and_a_bag_with_these_parameters
     assert one.controller.law == law
 
 
-@pytest.mark.parametrize("mode", REFERENCES)
+@pytest.mark.parametrize("mode", rest_long(REFERENCES, 3))
 def test_a_reference_declares_its_own_mode_alone(mode: str) -> None:
     with started(ReferenceShipNode, ["--ros-args", "-p", f"mode:={mode}"]) as node:
         assert groups(node, REFERENCES) <= {mode}
@@ -329,8 +330,7 @@ def drawn(seed: int, namespace: str, folder: Path) -> tuple[list[object], dict[s
     return line, taken
 
 
-@pytest.mark.parametrize("namespace", ["", "/alpha"])
-@pytest.mark.parametrize("seed", [1, 5])
+@pytest.mark.parametrize(("namespace", "seed"), rest_long([("/alpha", 1), ("", 5), ("/alpha", 5), ("", 1)]))
 def test_a_process_has_the_parameters_that_its_command_line_gives_last(
     tmp_path: Path, bench: Any, seed: int, namespace: str
 ) -> None:

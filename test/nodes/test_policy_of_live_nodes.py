@@ -13,8 +13,8 @@ from rclpy.action import get_action_server_names_and_types_by_node
 from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.bags.reader import open_bag
+from vessel_hsmc_ros.boats.drive import WatchdogNode
 from vessel_hsmc_ros.boats.mavlink import MavlinkNode
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.messages.raw import message_class
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, THRUSTER_DEMAND, WATCHED_TOPICS

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters, actuate
+from vessel_hsmc_ros.plant.devices import ActuatorParameters, actuate
 
 PERIOD = 0.01
 

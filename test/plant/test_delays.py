@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.devices import ActuatorParameters, SensorParameters
 from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
 
 GRID = RateGrid(50.0)

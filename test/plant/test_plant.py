@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
+from vessel_hsmc_ros.plant.devices import SensorParameters
 from vessel_hsmc_ros.plant.disturbance import (
     EarthFixedParameters,
     PeriodicParameters,
@@ -16,7 +17,6 @@ from vessel_hsmc_ros.plant.disturbance import (
     total,
 )
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, derivative, rk4, unforced_acceleration
-from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
 from vessel_sim_node import plant as public
 

@@ -3,7 +3,7 @@ import pytest
 
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.timing import RateGrid
-from vessel_hsmc_ros.plant.sensors import Sampling, SensorParameters, measurement, sampling
+from vessel_hsmc_ros.plant.devices import Sampling, SensorParameters, measurement, sampling
 
 STATE = Motion(5.0, 1.0, 0.3, 2.0, -0.4, 0.1)
 NOISY = SensorParameters(position_noise=0.1, heading_noise=0.002, velocity_noise=0.01, yaw_rate_noise=0.001)

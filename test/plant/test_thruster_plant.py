@@ -9,7 +9,7 @@ from thruster_layouts import layout_of
 
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters
 from vessel_hsmc_ros.plant.dynamics import ShipParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters

@@ -9,7 +9,7 @@ import pytest
 from connection_mistakes import MISTAKES, changed, clock_set, columns
 from connections import SHIP, healthy, of
 
-from vessel_hsmc_ros.boats.interfaces import interface
+from vessel_hsmc_ros.boats.parameters import interface
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.messages import state_columns as types
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Endpoint, Topic

@@ -12,7 +12,7 @@ from durations import rest_long
 from harness import Command, exit_code
 from sockets import free_port
 
-from vessel_hsmc_ros.boats.interfaces import commands, interfaces
+from vessel_hsmc_ros.boats.parameters import commands, interfaces
 
 BOAT = Path(__file__).parents[1] / "support" / "foreign_boat.py"
 SHIP = ["--length", "5", "--mass", "520", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--speed", "2"]

@@ -269,7 +269,7 @@ def test_a_second_run_and_a_second_plant_in_the_same_domain_are_refused_and_the_
 HANGS = """\
 import ctypes, sys
 from vessel_hsmc_ros.nodes import process
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats.drive import WatchdogNode
 
 class Hanging(WatchdogNode):
     def destroy_node(self):

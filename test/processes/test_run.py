@@ -21,8 +21,8 @@ from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.writer import SCENARIO
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import taking_part
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate

@@ -43,5 +43,5 @@ def test_a_new_node_is_its_module_its_parameters_an_entry_of_the_list_and_one_of
     files = [root / "setup.py", *(path for top in tops for path in top.rglob("*") if path.suffix in (".py", ".yaml", ".xml"))]
     naming = {str(path.relative_to(root)) for path in files if "watchdog" in path.read_text(encoding="utf-8").lower()}
     package = "vessel_hsmc_ros"
-    own = {f"{package}/boats/watchdog.py", f"{package}/boats/parameters.py", f"{package}/core/node_list.py"}
+    own = {f"{package}/boats/drive.py", f"{package}/boats/parameters.py", f"{package}/core/node_list.py"}
     assert naming == own | {"config/security/policy.xml"}

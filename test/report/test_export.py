@@ -13,7 +13,7 @@ from records import circle, make_run, record
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.core.run_data import MOTION
+from vessel_hsmc_ros.core.metrics import MOTION
 from vessel_hsmc_ros.report import figures, making
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate

@@ -13,8 +13,7 @@ from browser import Browser
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.core.hull import BEAM, LENGTH
-from vessel_hsmc_ros.core.metrics import evaluate, position_error
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, evaluate, position_error
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 

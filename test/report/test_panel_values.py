@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.metrics import TrackErrors
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, TrackErrors
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.record import Limit

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from records import circle, record
 
-from vessel_hsmc_ros.core.metrics import evaluate
-from vessel_hsmc_ros.core.run_data import held
+from vessel_hsmc_ros.core.metrics import evaluate, held
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import Mark, measured
 from vessel_hsmc_ros.report.tables import MetricRow, metrics_table, parameter_tables

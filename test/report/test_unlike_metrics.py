@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from records import make_run
 
 from vessel_hsmc_ros.bags.reader import Bag, Event
-from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Metrics, Run
 from vessel_hsmc_ros.report import Record, from_bag
 from vessel_hsmc_ros.report.making import read
 from vessel_hsmc_ros.report.record import Mark, measured, over_shared_interval

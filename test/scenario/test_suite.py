@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of

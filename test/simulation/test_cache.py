@@ -16,7 +16,7 @@ import pytest
 from compiling import only_compiled
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.interface.law import KernelLaw
 from vessel_hsmc_ros.core.kernel import KERNELS, bound, kernel
 from vessel_hsmc_ros.scenario.scenario import load_scenario, make_law
 from vessel_hsmc_ros.simulation import compilation, compiled_loop

@@ -9,7 +9,7 @@ import pytest
 from compiling import as_plain_python
 
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.run_data import Published, Run
+from vessel_hsmc_ros.core.metrics import Published, Run
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF

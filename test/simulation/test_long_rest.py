@@ -6,8 +6,7 @@ import numpy as np
 from compiling import only_compiled
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
-from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, position_error, rms
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 

@@ -5,8 +5,7 @@ import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
 from vessel_hsmc_ros.core.exceptions import ScenarioError, SimulationError
-from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, position_error
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 

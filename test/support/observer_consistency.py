@@ -12,7 +12,7 @@ from scipy import stats
 
 from vessel_hsmc_ros.control.loop.observer import Observer, ObserverConstants, ObserverState, observe
 from vessel_hsmc_ros.core.kernel import Array, kernel
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario

@@ -8,8 +8,7 @@ from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.sensors import SensorParameters
+from vessel_hsmc_ros.plant.devices import ActuatorParameters, SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
 
 STEP = 50_000_000

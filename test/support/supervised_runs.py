@@ -17,7 +17,7 @@ from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.control.safety.samples import Freshness, Jumps, Sample, Verdict
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion, extrapolate
-from vessel_hsmc_ros.core.run_data import Published
+from vessel_hsmc_ros.core.metrics import Published
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes.controller_output import CONDITION_LIMIT, correlation_condition

@@ -11,7 +11,7 @@ from pathlib import Path
 from guarantees import GUARANTEES
 from remedies import REMEDIES
 
-from vessel_hsmc_ros.boats.interfaces import Interface, commands, interfaces
+from vessel_hsmc_ros.boats.parameters import Interface, commands, interfaces
 from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS

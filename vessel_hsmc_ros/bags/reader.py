@@ -7,7 +7,7 @@
     odom = bag["odom"]                        # relative names find the one vessel's; else "/alpha/odom"
     odom["pose.pose.position.x"], odom.stamp  # (n,) float64, (n,) ns
     bag.load("odom", "reference")             # several topics in one pass over the bag
-    bag.run()                                 # core.run_data.Run: time, state, reference, wrench, ...
+    bag.run()                                 # core.metrics.Run: time, state, reference, wrench, ...
     bag.scenario(), bag.parameters            # the scenario and the parameters of the recording
     bag.diagnostics()                         # the last diagnostics of each node
     bag.events()                              # services called, parameters changed, goals accepted, with their times
@@ -34,8 +34,8 @@ from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import ALLOCATION
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
 from vessel_hsmc_ros.messages.state_columns import ODOMETRY

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, extrapolate, in_body_frame
-from vessel_hsmc_ros.core.run_data import Run, held
+from vessel_hsmc_ros.core.metrics import Run, held
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration
 

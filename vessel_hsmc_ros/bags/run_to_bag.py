@@ -16,8 +16,8 @@ from vessel_hsmc_ros.bags.topic_columns import MessageDecoder, read_definition
 from vessel_hsmc_ros.bags.writer import SCENARIO, BagWriter, Topic, qos_entry
 from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.kinematics import quaternion_from_heading
+from vessel_hsmc_ros.core.metrics import Published
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
-from vessel_hsmc_ros.core.run_data import Published
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages.conversions import BODY, WORLD
 from vessel_hsmc_ros.messages.topics import RECORDED_TOPICS, definition

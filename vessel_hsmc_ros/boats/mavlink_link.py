@@ -24,10 +24,7 @@ AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
 
 
 class Link:
-    """A connection to the autopilot of a system.
-
-    `target`: system of the autopilot; 0: the first one whose heartbeat is heard.
-    """
+    """A connection to the autopilot of a system. `target`: system of the autopilot; 0: the first one whose heartbeat is heard."""
 
     def __init__(self, address: str, baud: int, system: int, target: int) -> None:
         os.environ["MAVLINK20"] = "1"  # read by pymavlink when it opens a connection

@@ -10,8 +10,7 @@ from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
-from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged
-from vessel_hsmc_ros.core.kinematics import Motion, heading_from_quaternion, in_body_frame, wrap
+from vessel_hsmc_ros.core.kinematics import FARTHEST, Motion, Plane, exchanged, heading_from_quaternion, in_body_frame, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.epochs import Epochs

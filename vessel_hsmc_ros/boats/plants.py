@@ -20,13 +20,12 @@ from typing import NamedTuple
 
 from vessel_hsmc_ros.boats.autopilot import Pulses
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
-from vessel_hsmc_ros.core.geodesy import Plane
 from vessel_hsmc_ros.core.kernel import between
-from vessel_hsmc_ros.core.kinematics import Motion, wrap
+from vessel_hsmc_ros.core.kinematics import Motion, Plane, wrap
 from vessel_hsmc_ros.core.thruster_layout import FIXED
 from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.plant.devices import SensorParameters
 from vessel_hsmc_ros.plant.dynamics import Wrench
-from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import Simulator, within
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.scenario.parameters import SimParameters

@@ -41,10 +41,7 @@ BEHIND = 0.2  # time by which the steps may be behind before the pace begins ane
 
 
 class Vrx(Node):
-    """Publishes what the world's sensors and scoring say, and takes the thrusts.
-
-    `world`: the plant.
-    """
+    """Publishes what the world's sensors and scoring say, and takes the thrusts. `world`: the plant."""
 
     def __init__(self, world: World, **options: Any) -> None:
         super().__init__("vrx", **options)

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from vessel_hsmc_ros.boats.autopilot import Pulses
-from vessel_hsmc_ros.boats.interfaces import interface, interface_text
+from vessel_hsmc_ros.boats.parameters import interface, interface_text
 from vessel_hsmc_ros.boats.plants import PORT, Physics, Wiring, serve
 from vessel_hsmc_ros.cli.console import print_line, print_warning, write_new
 from vessel_hsmc_ros.cli.options import (
@@ -48,7 +48,7 @@ from vessel_hsmc_ros.scenario.vessels import read_vessel
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from vessel_hsmc_ros.boats.interfaces import Interface
+    from vessel_hsmc_ros.boats.parameters import Interface
 
 
 def main_data_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -28,7 +28,7 @@ from vessel_hsmc_ros.studies.manoeuvres.run import PLANS
 if TYPE_CHECKING:
     from vessel_hsmc_ros.studies.manoeuvres.run import Results
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.core.run_data import Run
+    from vessel_hsmc_ros.core.metrics import Run
     from vessel_hsmc_ros.plant.dynamics import ShipParameters
     from vessel_hsmc_ros.studies.identification.excitation import Step
 if TYPE_CHECKING:

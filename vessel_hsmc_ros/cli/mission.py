@@ -32,8 +32,8 @@ from vessel_hsmc_ros.cli.console import print_line, print_table, print_warning, 
 from vessel_hsmc_ros.cli.options import load_checked, refuse_without, running_vessel, vessel_option
 from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
-from vessel_hsmc_ros.core.geodesy import same
 from vessel_hsmc_ros.core.install_paths import shell_command
+from vessel_hsmc_ros.core.kinematics import same
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.scenario.own_ship import MARGIN
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters

@@ -55,11 +55,7 @@ class Fence(NamedTuple):
 
 
 def fence_of(p: FenceParameters, name: str) -> Fence | None:
-    """The fence that parameters describe; None for none.
-
-    `name`: of the group of parameters, for error messages. Raises ParameterError if a polygon is not closed, has fewer than three
-    corners, or crosses itself.
-    """
+    """The fence that parameters describe; None for none. `name`: of the group of parameters, for error messages."""
     found = [(ring, True) for ring in _rings(p.inside, f"{name}.inside")]
     found += [(ring, False) for ring in _rings(p.outside, f"{name}.outside")]
     if math.isfinite(p.home_distance):

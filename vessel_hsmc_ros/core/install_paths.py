@@ -52,10 +52,7 @@ def prefixes() -> list[Path]:
 
 
 def share_directory() -> Path:
-    """The checkout this module runs from, else the share folder of the prefix it was installed into.
-
-    Raises InstallationError if the package is installed without its data files.
-    """
+    """The checkout this module runs from, else the share folder of the prefix it was installed into."""
     # In a checkout (and with pip install -e) the data files are beside the code, so that edits take effect at once.
     checkout = Path(__file__).resolve().parents[2]
     if (checkout / "package.xml").is_file():
@@ -100,10 +97,7 @@ def discovery() -> Iterator[None]:
 
 
 def require(*modules: str) -> None:
-    """Check that libraries are installed, before what needs them is imported or computed.
-
-    Raises InstallationError if some are not; the message names them all, and the command that installs them.
-    """
+    """Check that libraries are installed, before what needs them is imported or computed."""
     if missing := [name for name in modules if find_spec(name) is None]:
         raise InstallationError(_not_installed(missing))
 

@@ -53,7 +53,7 @@ WATCHERS = {
         parameters="vessel_hsmc_ros.scenario.parameter_groups:MarkerParameters",
     ),
     "watchdog": NodeProgram(
-        "vessel_hsmc_ros.boats.watchdog",
+        "vessel_hsmc_ros.boats.drive",
         "WatchdogNode",
         "watchdog_node",
         parameters="vessel_hsmc_ros.boats.parameters:WatchdogParameters",

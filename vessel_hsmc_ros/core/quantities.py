@@ -55,10 +55,7 @@ def number(value: float) -> str:
 
 
 def number_of(text: str) -> float:
-    """The number that a text from a file or a command line contains.
-
-    Raises ValueError if it is none, or one that only Python writes so: with digits of another script or with `_` between them.
-    """
+    """The number that a text from a file or a command line contains."""
     if not text.isascii() or "_" in text:
         raise ValueError(f"{text} is not a number")
     return float(text)

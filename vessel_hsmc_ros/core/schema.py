@@ -54,8 +54,7 @@ def check(entry: Entry, value: object, owner: str) -> Value:
     """Check one value and convert it to the declared type.
 
     `value`: value as read from YAML or ROS. `owner`: name of the node or group, for error messages. Returns the value in the
-    declared type. Raises ParameterError if the value has the wrong type, length or range; the message names the value and what
-    is allowed.
+    declared type.
     """
     try:
         converted = _convert(entry.type, value)
@@ -98,10 +97,7 @@ def shown(value: Value) -> str:
 
 
 def _convert(kind: Any, value: object) -> Value:
-    """Convert without loss: an integer is accepted as a float, a NumPy number as Python's; any other change of type is an error.
-
-    Raises TypeError if the value is not of this kind.
-    """
+    """Convert without loss: an integer is accepted as a float, a NumPy number as Python's; else a TypeError."""
     if get_origin(kind) is tuple:
         element = get_args(kind)[0]
         if isinstance(value, str | Mapping) or not hasattr(value, "__iter__"):
@@ -223,9 +219,8 @@ def _entries(cls: type, prefix: str) -> dict[str, Entry]:
 def build(cls: type[T], values: Mapping[str, object], owner: str) -> T:
     """Check values by their dotted names and make an instance from them.
 
-    `values`: values as read from YAML or ROS; parameters that are missing keep their default. `owner`: name of the node or
-    group that the values belong to, for error messages. Raises ParameterError if a name is unknown, or a value has the wrong
-    type or is out of range.
+    `values`: values as read from YAML or ROS; parameters that are missing keep their default. `owner`: name of the node or group
+    that the values belong to, for error messages.
     """
     return changed(cls(), values, owner)
 

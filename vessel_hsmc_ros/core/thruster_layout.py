@@ -164,10 +164,7 @@ def of_each(default: float, what: str, unit: str, low: float, high: float) -> tu
 
 @dataclass(frozen=True)
 class ThrusterLayout:
-    """The thrusters of a vessel; without names it has none.
-
-    Raises ParameterError if lists do not fit each other, or the thrusters cannot give a surge force and a yaw moment.
-    """
+    """The thrusters of a vessel; without names it has none."""
 
     # ROS has no empty lists of strings in parameters files.
     names: tuple[str, ...] = parameter(("",), "Names of the thrusters, from which those of their topics follow; [''] for none.")

@@ -56,8 +56,8 @@ from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.curves import Curve, CurveConstants, Shape, angle, course, curvature, position
+from vessel_hsmc_ros.guidance.planned_track import TimetableMemory, move
 from vessel_hsmc_ros.guidance.programs import KernelReference
-from vessel_hsmc_ros.guidance.timetable import TimetableMemory, move
 from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping, unforced_acceleration
 
 ComplexArray = NDArray[np.complex128]
@@ -214,8 +214,7 @@ def _zero(step: Callable[[Array], Array], start: Array, speed: float) -> Array:
 class PeriodicDrift:
     """The periodic drift angle along a curve at constant speed, a Fourier series in the arc length.
 
-    `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping. Raises ParameterError if a coupled hull has no
-    drift angle that is found.
+    `speed`: U > 0, m/s. `vessel`: coefficients of the ship, with sway damping.
     """
 
     def __init__(self, curve: Curve, speed: float, vessel: Vessel) -> None:
@@ -377,8 +376,7 @@ def check_feasible(owner: str, shape: Shape, pace: Pace, vessel: Vessel, limits:
     """Check that a ship can travel a curve within its limits.
 
     `owner`: name of the mode, for the error message. `vessel`: coefficients of (6). `limits`: largest drift angle, surge force
-    and yaw moment; infinite where unknown. Raises ParameterError if a limit is exceeded; the message contains the demand, the
-    limit and the largest feasible speed.
+    and yaw moment; infinite where unknown.
     """
     excesses = _excesses(demand(shape.curve, pace, vessel, limits.drift), limits)
     if excesses:

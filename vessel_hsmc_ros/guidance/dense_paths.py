@@ -138,8 +138,7 @@ class _Joint(NamedTuple):
 def wide_corners(start: complex, part: Part, ship: Ship, tolerance: float) -> Part:
     """The waypoints with wide corners instead of those whose legs are too short.
 
-    `start`: where the first leg begins, m. `tolerance`: how far a wide corner may be from the points, m. Raises ParameterError
-    if the ship has no turn.
+    `start`: where the first leg begins, m. `tolerance`: how far a wide corner may be from the points, m.
     """
     legs = _legs(start, part)
     n = len(legs)

@@ -27,7 +27,7 @@ from vessel_hsmc_ros.guidance.following import FollowingReference, PacedReferenc
 from vessel_hsmc_ros.guidance.goal import Filtered, GoalReference, MotionLimits, filter_of
 from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
 from vessel_hsmc_ros.guidance.path import PathReference
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, TimetableMemory, TimetableReference, track_leaving
 from vessel_hsmc_ros.guidance.programs import (
     CourseReference,
     CourseReferenceParameters,
@@ -37,7 +37,6 @@ from vessel_hsmc_ros.guidance.programs import (
     follow,
 )
 from vessel_hsmc_ros.guidance.sailing import TravelLimits
-from vessel_hsmc_ros.guidance.timetable import TimetableMemory, TimetableReference
 from vessel_hsmc_ros.guidance.waypoints import (
     PATH,
     THROUGH,
@@ -193,12 +192,7 @@ class ReferenceShipParameters(VirtualShipParameters):
 
 
 def make_reference(parameters: ReferenceShipParameters, period: float) -> Reference:
-    """Make the reference that the parameters select.
-
-    `period`: time between two published states, s. Raises ParameterError if times and values of an input, goal or waypoint list
-    differ in number, times do not increase, or the ship cannot travel the curve within its limits, or its inputs exceed them,
-    or a mode that is no planned track is to follow the vessel, or it leaves its fence.
-    """
+    """Make the reference that the parameters select. `period`: time between two published states, s."""
     if parameters.follow == "vessel" and parameters.mode not in (*PLANNED, *CURVES):
         raise ParameterError(
             f"reference_ship.follow must be time in mode {parameters.mode} (got vessel): only a track that is known ahead waits,"
@@ -272,8 +266,7 @@ def trajectory(parameters: ReferenceShipParameters, rate_hz: float, count: int, 
 
     One that follows its vessel has the motion of its timetable, as if the vessel were never behind. `rate_hz`: rate at which it
     is published, Hz. `count`: number of instants. `compiled`: compiles a kernel; interpreted by default. Returns x, y, psi (not
-    wrapped), u, v, r, du, dv, dr, shape (count, 9). Raises ParameterError as for `make_reference`; SimulationError if the
-    motion is no longer finite.
+    wrapped), u, v, r, du, dv, dr, shape (count, 9). SimulationError if the motion is no longer finite.
     """
     reference = make_reference(replace(parameters, follow="time"), RateGrid(rate_hz).period)
     rows = np.full((count, 9), np.nan)

@@ -413,10 +413,7 @@ def read(m: GoalMemory, c: GoalConstants) -> tuple[Motion, Acceleration]:
 
 
 class GoalReference(KernelReference):
-    """A feasible motion to the latest goal; before the first goal it keeps its initial position.
-
-    Raises ParameterError if poses and times of the goals differ in number, or the times do not increase.
-    """
+    """A feasible motion to the latest goal; before the first goal it keeps its initial position."""
 
     move, read = staticmethod(move), staticmethod(read)
 

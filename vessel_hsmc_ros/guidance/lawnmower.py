@@ -39,7 +39,7 @@ from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.guidance.curves import SMALLEST, magnitude
 from vessel_hsmc_ros.guidance.path import DISTINCT, Plan, from_rest, rest_of
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, leg_ends, stretch
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, Timetable, joined, leg_ends, stretch
 from vessel_hsmc_ros.guidance.route import CONSTANT, FREE, Element, Pieces, Route, Section, displacement, straight, turn
 from vessel_hsmc_ros.guidance.sailing import (
     Sailing,
@@ -51,7 +51,6 @@ from vessel_hsmc_ros.guidance.sailing import (
     turning_at,
     turning_with,
 )
-from vessel_hsmc_ros.guidance.timetable import Timetable, joined
 from vessel_hsmc_ros.guidance.waypoints import NONE, THROUGH, Planned, Ship, Waypoint, polyline
 from vessel_hsmc_ros.plant.dynamics import Vessel
 
@@ -127,8 +126,7 @@ def rectangle_legs(rectangle: tuple[float, ...], heading: float, spacing: float,
     """The legs of a rectangle, begun at the corner that is nearest to a place.
 
     `rectangle`: x, y of the center, length and width, m. `heading`: direction of the length, rad. `spacing`: largest distance
-    between two legs, m. `here`: the place, m. Raises ParameterError if there are not four numbers, or length or width is not
-    positive.
+    between two legs, m. `here`: the place, m.
     """
     if len(rectangle) != 4 or min(rectangle[2:]) <= 0.0:
         raise ParameterError(
@@ -219,18 +217,14 @@ class LawnmowerParameters:
 def plan_lawnmower(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Sailing:
     """The survey as a motion of a ship, which is planned once for a scenario that is checked, run and evaluated.
 
-    `start`: position x, y [m] and course at the beginning. Raises ParameterError if the spacing is zero, or the ship cannot
-    sail a leg or a turn within its limits.
+    `start`: position x, y [m] and course at the beginning.
     """
     elements, sections = survey_legs(p, vessel, limits)
     return sail(MODE, Route(elements, start), sections, vessel, limits)
 
 
 def survey_legs(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, strips: Sequence[Strip] = ()) -> Planned:
-    """The run-in, legs and turns of a survey.
-
-    `strips`: the legs, if they are not those of the parameters. Raises ParameterError as `plan_lawnmower`.
-    """
+    """The run-in, legs and turns of a survey. `strips`: the legs, if they are not those of the parameters."""
     magnitude("lawnmower.spacing", p.spacing)
     check_straight(f"{MODE}.speed", p.speed, vessel, limits)
     turning = _turning(p, vessel, limits)
@@ -298,8 +292,7 @@ def _root(increasing: Callable[[float], float], low: float, high: float) -> floa
 def plan_survey(p: LawnmowerParameters, vessel: Vessel, limits: TravelLimits, start: tuple[float, float, float]) -> Plan:
     """The survey of parameters, of a rectangle or of legs from the start on.
 
-    `start`: position x, y [m] and heading at the beginning; the course of the first leg where there is no rectangle. Raises
-    ParameterError as `rectangle_legs` and `plan_lawnmower`, or the run-in is too short for the turn to it.
+    `start`: position x, y [m] and heading at the beginning; the course of the first leg where there is no rectangle.
     """
     here, ship = complex(start[0], start[1]), Ship(vessel, limits, 0.0, MODE)
     magnitude("lawnmower.spacing", p.spacing)

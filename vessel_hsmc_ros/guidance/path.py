@@ -18,10 +18,9 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.dense_paths import Scale, ahead, thinned, wide_corners
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, replaced, stretch, stretches_of
-from vessel_hsmc_ros.guidance.route import FREE, Element, Route, Section, changes_of, straight
-from vessel_hsmc_ros.guidance.sailing import Sailing, TravelLimits, check_straight, halt, largest_acceleration, sail, spot_turn
-from vessel_hsmc_ros.guidance.timetable import (
+from vessel_hsmc_ros.guidance.planned_track import (
+    PlannedTrack,
+    Stretch,
     Timetable,
     TimetableConstants,
     TimetableMemory,
@@ -30,8 +29,13 @@ from vessel_hsmc_ros.guidance.timetable import (
     blended,
     joined,
     motion_at,
+    replaced,
+    stretch,
+    stretches_of,
     world_rows,
 )
+from vessel_hsmc_ros.guidance.route import FREE, Element, Route, Section, changes_of, straight
+from vessel_hsmc_ros.guidance.sailing import Sailing, TravelLimits, check_straight, halt, largest_acceleration, sail, spot_turn
 from vessel_hsmc_ros.guidance.waypoints import (
     STOP,
     THROUGH,
@@ -88,8 +92,7 @@ class PathPiece(NamedTuple):
 def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Acceleration, ship: Ship, speed: float) -> Plan:
     """The motion along a path, and its geometry.
 
-    `waypoints`: the waypoints in their order; without one the ship comes to rest. `speed`: its usual speed, m/s. Raises
-    ParameterError if a leg or a corner cannot be sailed; the message contains which, and what would do.
+    `waypoints`: the waypoints in their order; without one the ship comes to rest. `speed`: its usual speed, m/s.
     """
     waypoints = [point._replace(number=k) for k, point in enumerate(waypoints, 1)]
     speeds = {point.speed for point in waypoints}
@@ -228,8 +231,7 @@ def rest_of(table: Timetable) -> Motion:
 def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
     """Legs and corners sailed from rest to rest.
 
-    `course`: of the first leg, rad. `motion`: at rest where it begins. `turned`: the turn on the spot before it, if there is
-    one. Raises ParameterError as `sail`.
+    `course`: of the first leg, rad. `motion`: at rest where it begins. `turned`: the turn on the spot before it, if there is one.
     """
     elements, sections = legs
     if turned is not None:
@@ -336,8 +338,7 @@ class PathReference(TimetableReference):
     def planner(self, points: Sequence[Point | Waypoint], steps: int) -> Callable[[], Plan]:
         """What plans a path that begins at a present or coming step, with the motion then; it may run in another thread.
 
-        `points`: waypoints, or their x, y, m. `steps`: number of the step. Raises GoalError if there are no waypoints; also by
-        what it returns, if the ship cannot sail along them.
+        `points`: waypoints, or their x, y, m. `steps`: number of the step.
         """
         if not points:
             raise GoalError("a path must have at least one waypoint (got 0)")

@@ -155,19 +155,15 @@ def program(
 ) -> Program:
     """The sum of a constant, a sine, steps and a ramp.
 
-    `constant`: constant part, in the unit of the input. `name`: name of the constant's parameter, for error messages; the
-    groups are named after it. Raises ParameterError if times and values of the steps or of the ramp differ in number, or the
-    times do not increase.
+    `constant`: constant part, in the unit of the input. `name`: name of the constant's parameter, for error messages; the groups
+    are named after it.
     """
     parts = (*arrays(steps, f"{name}_steps"), *arrays(ramp, f"{name}_ramp"))
     return Program(float(constant), float(sine.amplitude), float(sine.frequency), float(sine.phase), *parts)
 
 
 def arrays(points: StepsParameters | RampParameters, name: str) -> tuple[Array, Array]:
-    """Times and values as arrays; empty if all values are zero, which saves most inputs the search.
-
-    Raises ParameterError if lengths differ, the lists are empty, or the times do not increase.
-    """
+    """Times and values as arrays; empty if all values are zero, which saves most inputs the search."""
     times, values = list(points.times), list(points.values)
     if len(times) != len(values) or not times:
         raise ParameterError(f"{name}.times must be as many as {name}.values = {values}, and at least one (got {times})")
@@ -180,9 +176,8 @@ def arrays(points: StepsParameters | RampParameters, name: str) -> tuple[Array, 
 def program_of(parameters: Any, name: str, owner: str) -> Program:
     """Make the input of a given name from its parameters.
 
-    `parameters`: dataclass with the fields `name`, `name_sine`, `name_steps` and `name_ramp`. `owner`: name of the node or
-    group of the parameters, for error messages. Returns the input as a function of time. Raises ParameterError if times and
-    values of the steps or of the ramp differ in number, or the times do not increase.
+    `parameters`: dataclass with the fields `name`, `name_sine`, `name_steps` and `name_ramp`. `owner`: name of the node or group
+    of the parameters, for error messages. Returns the input as a function of time.
     """
     sine, steps, ramp = (getattr(parameters, f"{name}_{kind}") for kind in ("sine", "steps", "ramp"))
     return program(getattr(parameters, name), sine, steps, ramp, f"{owner}.{name}")
@@ -288,9 +283,8 @@ def read_course(m: CourseMemory, c: CourseConstants) -> tuple[Motion, Accelerati
 class CourseReference(KernelReference):
     """A heading over time in discrete time.
 
-    `parameters`: the heading as a function of time, and the speed. `start`: initial position x, y, m. `period`: time between
-    two published states, s. Raises ParameterError if times and values of the steps or of the ramp differ in number, or the
-    times do not increase.
+    `parameters`: the heading as a function of time, and the speed. `start`: initial position x, y, m. `period`: time between two
+    published states, s.
     """
 
     move, read = staticmethod(move_course), staticmethod(read_course)
@@ -377,11 +371,7 @@ def read_ship(m: ShipMemory, c: ShipConstants) -> tuple[Motion, Acceleration]:
 
 
 class ReferenceShip(KernelReference):
-    """The virtual ship (8) in discrete time.
-
-    `period`: time between two published states, s. Raises ParameterError if times and values of an input differ in number, or
-    the times do not increase.
-    """
+    """The virtual ship (8) in discrete time. `period`: time between two published states, s."""
 
     move, read = staticmethod(move_ship), staticmethod(read_ship)
 
@@ -401,10 +391,7 @@ class ReferenceShip(KernelReference):
         self.memory = ShipMemory(start, inputs(0, (0.0, 0.0), self.constants), 0, (0.0, 0.0))
 
     def retune(self, parameters: VirtualShipParameters) -> None:
-        """Take changed inputs from the next step on; the phase of a sine whose frequency changes is continuous.
-
-        Raises ParameterError if the times of an input's programme do not fit its values.
-        """
+        """Take changed inputs from the next step on; the phase of a sine whose frequency changes is continuous."""
         old, m = self.constants, self.memory
         self._take(parameters)
         # Equal angles frequency·time + offset at the time of the change.

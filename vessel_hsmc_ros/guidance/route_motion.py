@@ -28,8 +28,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.guidance.curve_motion import Velocities, hull_velocities, inputs, steady_drift
+from vessel_hsmc_ros.guidance.planned_track import Timetable
 from vessel_hsmc_ros.guidance.route import Route, SpeedProfile
-from vessel_hsmc_ros.guidance.timetable import Timetable
 from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping
 
 TOLERANCE = 1e-9  # relative residual of the collocation, so small that its choice of instants does not show
@@ -206,8 +206,7 @@ def motion_along(
 ) -> RouteMotion:
     """The motion of a hull.
 
-    `start`: drift angle at the beginning, rad. `tolerance`: relative residual of the equation of the drift angle. Raises
-    ParameterError if there is no drift angle with which the hull moves ahead.
+    `start`: drift angle at the beginning, rad. `tolerance`: relative residual of the equation of the drift angle.
     """
     times = _instants(route, profile)
     drift, travel = drift_along(route, profile, times, vessel, start, tolerance), travel_at(times, route, profile)

@@ -30,6 +30,7 @@ from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, Velocities, demand, inputs
 from vessel_hsmc_ros.guidance.curves import Arc
+from vessel_hsmc_ros.guidance.planned_track import Timetable, blended, joined, world_rows
 from vessel_hsmc_ros.guidance.route import (
     CONSTANT,
     FREE,
@@ -44,7 +45,6 @@ from vessel_hsmc_ros.guidance.route import (
     turn,
 )
 from vessel_hsmc_ros.guidance.route_motion import RouteMotion, motion_along, timetable
-from vessel_hsmc_ros.guidance.timetable import Timetable, blended, joined, world_rows
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 
 LARGEST_SHARE = 0.7
@@ -154,10 +154,7 @@ def _smallest_radius(speed: float, vessel: Vessel, limits: TravelLimits) -> floa
 
 @lru_cache(maxsize=256)
 def turning_with(radius: float, speed: float, vessel: Vessel, limits: TravelLimits) -> Turning:
-    """The fastest turn with a radius.
-
-    `radius`: m. `speed`: largest speed over ground, m/s. Raises ParameterError if there is none.
-    """
+    """The fastest turn with a radius. `radius`: m. `speed`: largest speed over ground, m/s."""
     slower = speed
     while slower >= SLOWEST * speed:
         if sustained(slower, vessel, limits, 1.0 / radius):
@@ -175,8 +172,7 @@ def largest_acceleration(speed: float, vessel: Vessel, limits: TravelLimits) -> 
 def check_straight(name: str, speed: float, vessel: Vessel, limits: TravelLimits) -> None:
     """Check that a ship can keep a speed on a leg.
 
-    `name`: of the parameter, for the error message. `speed`: speed over ground, m/s. Raises ParameterError if it takes more
-    than LARGEST_SHARE of the surge force.
+    `name`: of the parameter, for the error message. `speed`: speed over ground, m/s.
     """
     if sustained(speed, vessel, limits):
         return
@@ -382,8 +378,7 @@ def sail(
 ) -> Sailing:
     """Sail a route to rest.
 
-    `owner`: name of the mode, for the error message. `start`: speed [m/s] and drift angle at the beginning. Raises
-    ParameterError if a limit is exceeded, or the ship cannot slow down in time; the message contains where, demand and limit.
+    `owner`: name of the mode, for the error message. `start`: speed [m/s] and drift angle at the beginning.
     """
     top = max(section.speed for section in sections)
     acceleration = largest_acceleration(top, vessel, limits)

@@ -164,10 +164,7 @@ class Ship(NamedTuple):
 
 
 def fitted_turning(speed: float, ship: Ship) -> Turning:
-    """The turn of the ship's corners at a speed, or slower where the ship needs it.
-
-    Raises ParameterError if there is none within the limits; the message contains what would do.
-    """
+    """The turn of the ship's corners at a speed, or slower where the ship needs it."""
     try:
         if ship.radius:
             return turning_with(ship.radius, speed, ship.vessel, ship.limits)
@@ -198,8 +195,7 @@ def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Plann
 def polyline(start: complex, points: Part, ship: Ship, under_way: bool = False) -> Planned:
     """The legs and corners to the last waypoint.
 
-    `start`: where the first leg begins, m. `under_way`: whether it does not begin at rest. Raises ParameterError if a corner
-    cannot be sailed between its legs; the message contains which, and what would do.
+    `start`: where the first leg begins, m. `under_way`: whether it does not begin at rest.
     """
     ways = [b - a for a, b in zip((start, *(p.position for p in points)), (p.position for p in points), strict=False)]
     lengths = [abs(way) for way in ways]
@@ -337,10 +333,7 @@ class GoalParameters:
 
 
 def scheduled_goals(p: GoalParameters) -> list[tuple[float, tuple[float, float, float]]]:
-    """Times and poses of the goals in the parameters.
-
-    Raises ParameterError if poses and times differ in number, or the times do not increase.
-    """
+    """Times and poses of the goals in the parameters."""
     times = given_times(p.times, p.poses, "reference_ship.goal.times", "reference_ship.goal.poses")
     if len(p.poses) != 3 * len(times) and p.poses != NONE:
         raise ParameterError(
@@ -353,10 +346,7 @@ def scheduled_goals(p: GoalParameters) -> list[tuple[float, tuple[float, float, 
 
 
 def given_times(times: tuple[float, ...], places: tuple[float, ...], name: str, places_name: str) -> tuple[float, ...]:
-    """The times at which poses or waypoints are set; none without them.
-
-    `times`: the times, s; below 0 for never. Raises ParameterError if there is a time, and nothing to set at it.
-    """
+    """The times at which poses or waypoints are set; none without them. `times`: the times, s; below 0 for never."""
     if places != NONE:
         return times
     if max(times, default=0.0) > 0.0:
@@ -395,11 +385,7 @@ class PathParameters:
 
 
 def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoint]] | None:
-    """Time and waypoints of the path in the parameters; None without one.
-
-    `speed`: on legs without a speed of their own, m/s. Raises ParameterError as from `waypoints_of`, or there is a time and no
-    waypoint.
-    """
+    """Time and waypoints of the path in the parameters; None without one. `speed`: on legs without a speed of their own, m/s."""
     if not given_times((p.time,), p.waypoints, f"{PATH}.time", f"{PATH}.waypoints"):
         return None
     waypoints = waypoints_of(p, speed)
@@ -407,11 +393,7 @@ def scheduled_path(p: PathParameters, speed: float) -> tuple[float, list[Waypoin
 
 
 def waypoints_of(p: PathParameters, speed: float) -> list[Waypoint]:
-    """The waypoints of the parameters.
-
-    `speed`: on legs without a speed of their own, m/s. Raises ParameterError if the number of coordinates is odd, there are
-    more or fewer speeds, corners, holds or headings than waypoints, or there is a heading where the vessel does not stop.
-    """
+    """The waypoints of the parameters. `speed`: on legs without a speed of their own, m/s."""
     numbers = p.waypoints
     if len(numbers) % 2:
         raise ParameterError(f"{PATH}.waypoints must be x, y for each waypoint (got {len(numbers)} numbers)")

@@ -22,8 +22,7 @@ from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.exceptions import GoalError
-from vessel_hsmc_ros.core.geodesy import FARTHEST, Plane, exchanged, same
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import FARTHEST, Motion, Plane, exchanged, same
 from vessel_hsmc_ros.guidance.factory import half_length
 from vessel_hsmc_ros.guidance.tasks import Code, Done, Goal, Limits, Order, Output, Progress, Report, Sail, Sight, Tasks
 from vessel_hsmc_ros.guidance.waypoints import NONE, Point

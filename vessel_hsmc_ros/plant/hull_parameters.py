@@ -195,10 +195,7 @@ class VesselParameters(NamedVessel):
     as_printed: bool = parameter(False, "Divide the higher-order yaw damping by m11, as printed in (6), instead of by m33.")
 
     def coefficients(self) -> Vessel:
-        """The coefficients by the symbols of `dynamics`, with the misprint included where `as_printed` is set.
-
-        Raises ParameterError if the inertia matrix has no positive determinant.
-        """
+        """The coefficients by the symbols of `dynamics`, with the misprint included where `as_printed` is set."""
         s = schema.symbols(self)
         if self.as_printed:
             s |= {name: s["m33"] / s["m11"] * s[name] for name in ("d_r2", "d_r3")}

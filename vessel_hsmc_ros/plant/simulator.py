@@ -15,7 +15,16 @@ from vessel_hsmc_ros.core.kernel import Array, DelayLine, delay_line, delayed, f
 from vessel_hsmc_ros.core.kinematics import Motion, as_motion, to_body
 from vessel_hsmc_ros.core.schema import group, parameter
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.plant.actuators import Actuator, ActuatorParameters, actuate, arrived
+from vessel_hsmc_ros.plant.devices import (
+    Actuator,
+    ActuatorParameters,
+    Sampling,
+    SensorParameters,
+    Sensors,
+    actuate,
+    arrived,
+    measurement,
+)
 from vessel_hsmc_ros.plant.disturbance import (
     CurrentParameters,
     EarthFixedParameters,
@@ -33,10 +42,8 @@ from vessel_hsmc_ros.plant.disturbance import (
     wind_wrench,
     with_waves,
 )
-from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench, acceleration, rk4_step, unforced
-from vessel_hsmc_ros.plant.hull_check import check_hull, outside
+from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench, acceleration, check_hull, outside, rk4_step, unforced
 from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, divergence, initial_pose, initial_velocity
-from vessel_hsmc_ros.plant.sensors import Sampling, SensorParameters, Sensors, measurement
 
 
 class PlantConstants(NamedTuple):
@@ -321,11 +328,7 @@ class Simulator:
         return self._state.tau
 
     def advance(self, wrench: Wrench, disturbance: Wrench) -> None:
-        """Advance the plant by one period.
-
-        `wrench`: applied wrench, N, N, N·m. `disturbance`: disturbing wrench, N, N, N·m. Raises SimulationError if the motion
-        is no longer finite.
-        """
+        """Advance the plant by one period. `wrench`: applied wrench, N, N, N·m. `disturbance`: disturbing wrench, N, N, N·m."""
         c = self._constants
         noise = self._gusts.standard_normal(2).tolist() if c.wind.blows else CALM
         try:

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.kernel import between, clip, kernel
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, FIXED, RUDDER, ThrusterLayout
-from vessel_hsmc_ros.plant.actuators import follow
+from vessel_hsmc_ros.plant.devices import follow
 from vessel_hsmc_ros.plant.dynamics import Wrench
 from vessel_hsmc_ros.plant.simulator import PlantConstants, PlantParameters, PlantState, Simulator
 
@@ -133,8 +133,7 @@ class ThrusterPlant(Simulator):
     def applied_thrusts(self, thrust: Sequence[float], angle: Sequence[float]) -> Wrench:
         """The wrench that the thrusters give, N, N, N·m; call it once per step, because it advances the thrusters.
 
-        `thrust`, `angle`: demands in the order of the layout, N and rad; the angle of a fixed thruster is ignored. Raises
-        SimulationError if a demand is not finite.
+        `thrust`, `angle`: demands in the order of the layout, N and rad; the angle of a fixed thruster is ignored.
         """
         for thruster, *demands in zip(self._layout.thrusters(), thrust, angle, strict=True):
             if not all(map(math.isfinite, demands)):  # a NaN would remain in the state indefinitely

@@ -9,7 +9,7 @@ import numpy as np
 
 from vessel_hsmc_ros.bags.reader import Bag
 from vessel_hsmc_ros.bags.topic_columns import Series
-from vessel_hsmc_ros.boats.interfaces import Interface
+from vessel_hsmc_ros.boats.parameters import Interface
 from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.timing import NANOSECONDS

@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from vessel_hsmc_msgs.msg import ControlState, Event
 
-from vessel_hsmc_ros.boats.interfaces import Interface
+from vessel_hsmc_ros.boats.parameters import Interface
 from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.core.exceptions import BagWarning, ParameterError, ScenarioError
-from vessel_hsmc_ros.core.run_data import Run, held
+from vessel_hsmc_ros.core.metrics import Run, held
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, stretches_of
 from vessel_hsmc_ros.messages.conversions import path_event
 from vessel_hsmc_ros.preflight.expected import faults_in

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import DrawnHull, vessel_name
-from vessel_hsmc_ros.core.run_data import Run, Table, control_table, motion_table
+from vessel_hsmc_ros.core.metrics import Run, Table, control_table, motion_table
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
 from vessel_hsmc_ros.report.page_kit import writing

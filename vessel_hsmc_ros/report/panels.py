@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.safety.fence_guard import Water, stop
 from vessel_hsmc_ros.core.fence import fence_of
 from vessel_hsmc_ros.core.kinematics import as_motion
-from vessel_hsmc_ros.core.metrics import body_error, heading_error, position_error
-from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
+from vessel_hsmc_ros.core.metrics import Run, body_error, commanded, heading_error, held, position_error, recorded
 from vessel_hsmc_ros.guidance.planned_track import outline
 from vessel_hsmc_ros.report.record import Limit, Record, control_intervals, limits
 from vessel_hsmc_ros.scenario.control import braking_of

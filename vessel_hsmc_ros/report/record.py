@@ -15,23 +15,26 @@ from vessel_hsmc_ros.core.metrics import (
     NOISE_PEAK,
     Metrics,
     Passed,
+    Run,
     TrackErrors,
+    commanded,
     evaluate,
+    held,
     missed,
     per_leg,
     position_error,
+    recorded,
     reversals_per_second,
     rms,
     settling_bound,
     settling_time,
 )
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
-from vessel_hsmc_ros.core.run_data import Run, commanded, held, recorded
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import PLANNED, track_of
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, leg_count, passed, track_errors
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, leg_count, passed_legs, track_errors
 from vessel_hsmc_ros.guidance.waypoints import Point
-from vessel_hsmc_ros.plant.hull_check import bounded, outside
+from vessel_hsmc_ros.plant.dynamics import bounded, outside
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Paths = Sequence[tuple[float, Sequence[Point]]]  # waypoints that were set by messages, with their times, s
@@ -186,7 +189,7 @@ def measured(
     if track is None:
         return found
     until_then = float(clock(track, running, run.reference)[part][-1])
-    return found._replace(legs_missed=missed(passed(track, until_then, run.state[part, :2])))
+    return found._replace(legs_missed=missed(passed_legs(track, until_then, run.state[part, :2])))
 
 
 def running_time(time: Array, marks: Sequence[Mark]) -> Array:
@@ -264,7 +267,7 @@ def analyse(name: str, run: Run, scenario: Scenario | None, marks: tuple[Mark, .
     legs: Passed = {}
     if track is not None:
         at = clock(track, running_time(run.time, marks), run.reference)
-        errors, legs = track_errors(track, at, run.state[:, :2]), passed(track, float(at[-1]), run.state[:, :2])
+        errors, legs = track_errors(track, at, run.state[:, :2]), passed_legs(track, float(at[-1]), run.state[:, :2])
     metrics = measured(run, scenario, marks, track=track)
     known |= {"track": track, "track_errors": errors, "passed": legs}
     return with_verdict(Record(name, run, metrics, scenario=scenario, marks=marks, **known))

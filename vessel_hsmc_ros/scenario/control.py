@@ -7,7 +7,7 @@ from typing import Any
 from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
 from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop, Fallback, Watch
-from vessel_hsmc_ros.control.loop.controlled_point import ControlledPoint, controlled_point_of
+from vessel_hsmc_ros.control.loop.control_period import ControlledPoint, controlled_point_of
 from vessel_hsmc_ros.control.safety.fence_guard import Braking, FenceGuard
 from vessel_hsmc_ros.control.safety.supervision import Authority, Supervision
 from vessel_hsmc_ros.core.fence import fence_of

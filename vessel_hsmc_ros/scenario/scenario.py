@@ -20,7 +20,7 @@ from vessel_hsmc_ros.faults import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.guidance.factory import check_within, make_reference
 from vessel_hsmc_ros.messages.raw import check_field
 from vessel_hsmc_ros.messages.topics import message_type
-from vessel_hsmc_ros.plant.hull_check import check_hull
+from vessel_hsmc_ros.plant.dynamics import check_hull
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (

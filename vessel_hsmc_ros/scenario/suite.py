@@ -37,9 +37,8 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
-from vessel_hsmc_ros.core.metrics import position_error, rms, summarise
+from vessel_hsmc_ros.core.metrics import Run, position_error, rms, summarise
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line

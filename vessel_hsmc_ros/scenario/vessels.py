@@ -20,9 +20,8 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry, Value, shown, suggestion
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force, derivative
-from vessel_hsmc_ros.plant.hull_check import largest_gain
+from vessel_hsmc_ros.plant.devices import ActuatorParameters
+from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force, derivative, largest_gain
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
 from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line
 from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml

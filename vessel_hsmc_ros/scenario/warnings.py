@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import REFERENCES, make_reference
 from vessel_hsmc_ros.guidance.waypoints import scheduled_goals, scheduled_path
-from vessel_hsmc_ros.plant.hull_check import hull_warning
+from vessel_hsmc_ros.plant.dynamics import hull_warning
 from vessel_hsmc_ros.scenario.parameters import VESSEL_NAME
 from vessel_hsmc_ros.scenario.scenario import Scenario
 

@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from typing import Any, NamedTuple, cast
 
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
+from vessel_hsmc_ros.control.interface.law import KernelLaw
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import make_reference

@@ -11,12 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.law import KernelLaw, Law
 from vessel_hsmc_ros.control.loop.allocated_forces import THRUST, TURN, Allocator
 from vessel_hsmc_ros.control.loop.allocation import allocate, allocator, elapsed_time, new_state
 from vessel_hsmc_ros.control.loop.control_loop import NO_WRENCH, ages, past_commands
 from vessel_hsmc_ros.control.loop.control_period import (
+    ERRORS,
+    START,
     ControlConstants,
     ControlInputs,
     ControlState,
@@ -25,15 +26,14 @@ from vessel_hsmc_ros.control.loop.control_period import (
     control_period,
     period_of,
 )
-from vessel_hsmc_ros.control.loop.controlled_point import ERRORS, START
 from vessel_hsmc_ros.control.loop.observer import Observer, with_actuators
 from vessel_hsmc_ros.core.exceptions import SimulationError, VesselHsmcError
 from vessel_hsmc_ros.core.kernel import Array, kernel, whole_periods
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, published
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, trajectory
+from vessel_hsmc_ros.plant.devices import sampling
 from vessel_hsmc_ros.plant.dynamics import Wrench, acceleration, unforced
-from vessel_hsmc_ros.plant.sensors import sampling
 from vessel_hsmc_ros.plant.simulator import (
     PlantConstants,
     PlantState,

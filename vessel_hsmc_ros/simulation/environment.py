@@ -17,8 +17,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, as_motion, to_body, wrap
 from vessel_hsmc_ros.core.timing import RateGrid
+from vessel_hsmc_ros.plant.devices import Sampling
 from vessel_hsmc_ros.plant.dynamics import acceleration
-from vessel_hsmc_ros.plant.sensors import Sampling
 from vessel_hsmc_ros.plant.simulator import (
     PlantConstants,
     PlantState,

@@ -11,8 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import FLAGS, KernelLaw
-from vessel_hsmc_ros.control.interface.law import Law, Terms, lyapunov_function, lyapunov_rates, weight_norms
+from vessel_hsmc_ros.control.interface.law import FLAGS, KernelLaw, Law, Terms, lyapunov_function, lyapunov_rates, weight_norms
 from vessel_hsmc_ros.control.loop.allocation import Allocation
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
 from vessel_hsmc_ros.core.kernel import Array

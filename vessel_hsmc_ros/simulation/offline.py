@@ -13,7 +13,7 @@ import numpy as np
 from vessel_hsmc_ros.control.interface.law import Law
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kernel import Array, whole_periods
-from vessel_hsmc_ros.core.run_data import Published, Run
+from vessel_hsmc_ros.core.metrics import Published, Run
 from vessel_hsmc_ros.core.timing import RateGrid, seconds
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compiled_loop import make_loop

@@ -14,9 +14,8 @@ import numpy as np
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, SimulationError
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.metrics import heading_error, position_error, reversals_per_second, rms, travel
+from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.making import Options, read
 from vessel_hsmc_ros.report.making import write as write_report

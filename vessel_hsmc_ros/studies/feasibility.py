@@ -39,7 +39,7 @@ from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.scenario.scenario import Scenario

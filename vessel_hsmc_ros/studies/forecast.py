@@ -18,9 +18,8 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, ParameterError, ScenarioError, SimulationError
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.metrics import NO_LEG, TrackErrors
+from vessel_hsmc_ros.core.metrics import NO_LEG, Run, TrackErrors
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import FIXED
 from vessel_hsmc_ros.guidance.factory import track_of

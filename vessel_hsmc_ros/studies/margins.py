@@ -2,7 +2,7 @@
 
 | symbol | meaning | unit |
 |---|---|---|
-| U | speed of the straight path: mean speed of the reference, at least U_0 of `control.loop.controlled_point` | m/s |
+| U | speed of the straight path: mean speed of the reference, at least U_0 of `control.loop.control_period` | m/s |
 | tau_1, tau_2 | surge force and yaw moment that the reference needs in calm water | N, N·m |
 | omega | rms(dtau/dt)/rms(tau - mean), the mean frequency of what it needs | rad/s |
 """
@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.control.interface.actuators import dynamics
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.loop.controlled_point import controlled_point_of
+from vessel_hsmc_ros.control.interface.law import KernelLaw
+from vessel_hsmc_ros.control.loop.control_period import controlled_point_of
 from vessel_hsmc_ros.control.loop.linearised_law import LinearShip, Margins, loops, margins
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array

@@ -30,7 +30,7 @@ from vessel_hsmc_ros.boats.missions.files import read_mission
 from vessel_hsmc_ros.boats.missions.legs import placed
 from vessel_hsmc_ros.boats.missions.mission import KNOT, Mission
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 
 PLACES = [(63.4401, 10.3901), (63.4410, 10.3920), (63.4420, 10.3880)]
 

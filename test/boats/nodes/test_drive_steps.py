@@ -12,9 +12,8 @@ from stepped_node import SteppedNode
 from thruster_layouts import layout
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats import drive, takeover, watchdog
-from vessel_hsmc_ros.boats.drive import DriveNode
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats import drive, takeover
+from vessel_hsmc_ros.boats.drive import DriveNode, WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import commands
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
@@ -232,7 +231,7 @@ def test_the_watchdog_has_a_limit_for_each_component_in_both_directions(
         bench,
         monkeypatch,
         WatchdogNode,
-        (watchdog, takeover, commands),
+        (drive, takeover, commands),
         surge_force_limit=200.0,
         yaw_moment_limit=3.0,
         ramp_time=0.0,
@@ -246,7 +245,7 @@ def test_the_watchdog_has_a_limit_for_each_component_in_both_directions(
 def test_the_watchdog_ramps_down_and_up_from_where_it_is_however_often_commands_cease(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, takeover, commands), ramp_time=1.0, command_timeout=0.1)
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (drive, takeover, commands), ramp_time=1.0, command_timeout=0.1)
     for k in range(200):
         made.wait(PERIOD)
         if k % 50 < 30:
@@ -262,7 +261,7 @@ def test_the_watchdog_ramps_down_and_up_from_where_it_is_however_often_commands_
 
 @pytest.mark.parametrize("kind", ["drive", "watchdog", "allocation"])
 def test_of_two_publishers_no_command_is_taken_not_even_the_first(bench: Any, monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
-    modules = (drive, watchdog, takeover, commands)
+    modules = (drive, takeover, commands)
     made = {
         "drive": lambda: SteppedNode(bench, monkeypatch, DriveNode, modules, ramp_time=0.0, **GIVEN["normalised"]),
         "watchdog": lambda: SteppedNode(bench, monkeypatch, WatchdogNode, modules, ramp_time=0.0),
@@ -284,7 +283,7 @@ def test_of_two_publishers_no_command_is_taken_not_even_the_first(bench: Any, mo
 
 
 def test_after_each_stop_of_the_watchdog_the_output_begins_at_zero(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = SteppedNode(bench, monkeypatch, WatchdogNode, (watchdog, takeover, commands), ramp_time=1.0)
+    made = SteppedNode(bench, monkeypatch, WatchdogNode, (drive, takeover, commands), ramp_time=1.0)
 
     def run(steps: int) -> list[float]:
         count = len(made.sent)

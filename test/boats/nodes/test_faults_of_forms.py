@@ -17,7 +17,7 @@ from vessel_hsmc_msgs.msg import ControlState
 from vessel_hsmc_ros.boats.drive import DriveNode
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
 from vessel_hsmc_ros.control.safety.parameters import Reason
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 

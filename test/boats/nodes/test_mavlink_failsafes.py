@@ -6,6 +6,7 @@ from contextlib import closing
 from typing import Any
 
 import pytest
+from durations import rest_long
 from serving import served
 from sockets import free_port
 
@@ -13,8 +14,8 @@ pytest.importorskip("pymavlink", exc_type=ImportError)
 
 from mavlink_autopilot import Autopilot
 
-from vessel_hsmc_ros.boats.interfaces import interface
 from vessel_hsmc_ros.boats.mavlink import MavlinkNode
+from vessel_hsmc_ros.boats.parameters import interface
 from vessel_hsmc_ros.nodes.remote import Remote
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Finding
 from vessel_hsmc_ros.preflight.failsafe_rules import judge_failsafes
@@ -55,7 +56,7 @@ def boat(bench: Any, **parameters: Any) -> Autopilot:
     return Autopilot(f"udpout:127.0.0.1:{port}")
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", rest_long(range(3)))
 def test_failsafes_that_are_off_are_found_over_the_link_of_the_node(bench: Any, seed: int) -> None:
     autopilot, off = boat(bench), dict(random.Random(seed).sample(sorted(OFF.items()), 3))  # noqa: S311
     autopilot.parameters = {**DEFAULTS, **off}

@@ -13,7 +13,7 @@ from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.messages import conversions as conv
 
 DATUM = (59.9, 10.7)

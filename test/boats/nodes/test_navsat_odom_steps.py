@@ -11,7 +11,7 @@ from std_msgs.msg import Float64
 from stepped_node import SteppedNode
 
 from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
-from vessel_hsmc_ros.core.geodesy import Plane
+from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 

@@ -15,8 +15,7 @@ from std_msgs.msg import Float32, Float64
 from vessel_hsmc_ros.boats.plants import ANTENNA, ORIGIN, RATE, Goal, World, pose_error
 from vessel_hsmc_ros.boats.vrx import Vrx, main, read_goal, wam_v
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.geodesy import Plane
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import Motion, Plane
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 FULL, LEVER, ABAFT = 2353.5, 1.027135, 2.652

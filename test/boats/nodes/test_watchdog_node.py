@@ -10,7 +10,7 @@ from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.boats import takeover
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats.drive import WatchdogNode
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos

@@ -8,8 +8,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from std_srvs.srv import Trigger
 from stepped_node import SteppedNode
 
-from vessel_hsmc_ros.boats import takeover, watchdog
-from vessel_hsmc_ros.boats.watchdog import WatchdogNode
+from vessel_hsmc_ros.boats import drive, takeover
+from vessel_hsmc_ros.boats.drive import WatchdogNode
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import commands, reporting
 from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS, OK, WARN
@@ -22,7 +22,7 @@ class Watchdog(SteppedNode):
     """A watchdog with unlike times."""
 
     def __init__(self, bench: Any, monkeypatch: pytest.MonkeyPatch, **parameters: Any) -> None:
-        modules = (watchdog, takeover, commands, reporting)
+        modules = (drive, takeover, commands, reporting)
         given = {"command_timeout": 0.3, "ramp_time": 1.0, "heartbeat_timeout": 2.0, **parameters}
         super().__init__(bench, monkeypatch, WatchdogNode, modules, **given)
         self.input: CommandInput = self.node._input

@@ -9,8 +9,7 @@ import pytest
 from compiling import only_compiled
 from durations import rest_long
 
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.interface.law import Terms, guarded_step
+from vessel_hsmc_ros.control.interface.law import KernelLaw, Terms, guarded_step
 from vessel_hsmc_ros.control.laws import LAWS, make_controller
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.control.laws.manoeuvre import KINDS

@@ -9,7 +9,7 @@ from vessel_hsmc_ros.control.laws import construct, make_controller
 from vessel_hsmc_ros.control.laws.course import PdParameters
 from vessel_hsmc_ros.control.laws.los_pid import LosPidParameters
 from vessel_hsmc_ros.control.loop.control_loop import LONGEST_AGE, ControlLoop, ages
-from vessel_hsmc_ros.control.loop.controlled_point import controlled_point_of
+from vessel_hsmc_ros.control.loop.control_period import controlled_point_of
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.control.safety.parameters import Reason, SafetyParameters

@@ -6,7 +6,7 @@ import pytest
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.interface.law import Terms
-from vessel_hsmc_ros.control.loop.controlled_point import (
+from vessel_hsmc_ros.control.loop.control_period import (
     ORIGIN,
     START,
     ControlledPoint,

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.laws import make_controller
-from vessel_hsmc_ros.control.loop.controlled_point import ORIGIN, START
+from vessel_hsmc_ros.control.loop.control_period import ORIGIN, START
 from vessel_hsmc_ros.control.loop.linearised_law import LinearShip, LoopState, System, _loop, loops, margins
 
 PERIOD, U, K = 0.05, 2.0, 0.5

@@ -22,10 +22,9 @@ from vessel_hsmc_ros.control.loop.observer_model import (
     wave_transition,
 )
 from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.devices import ActuatorParameters, SensorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, WaveParameters
 from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
-from vessel_hsmc_ros.plant.sensors import SensorParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters
 
 SHIP = KnownVessel(**INSTANT)

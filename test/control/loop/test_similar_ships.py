@@ -13,10 +13,10 @@ import pytest
 
 from vessel_hsmc_ros.control.guided.controller import GuidedController
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.law import KernelLaw
 from vessel_hsmc_ros.control.laws.los_pid import LosPidController, LosPidParameters
-from vessel_hsmc_ros.control.loop.controlled_point import START, controlled_point_of, to_controlled_point
+from vessel_hsmc_ros.control.loop.control_period import START, controlled_point_of, to_controlled_point
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.control.safety.parameters import SafetyParameters

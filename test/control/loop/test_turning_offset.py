@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.loop.controlled_point import MAX_COEFFICIENT, MAX_LEARNING_ERROR, NOISE, Turning, turning_offset
+from vessel_hsmc_ros.control.loop.control_period import MAX_COEFFICIENT, MAX_LEARNING_ERROR, NOISE, Turning, turning_offset
 
 Array = NDArray[np.float64]
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from campaigns import campaign
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.guidance.factory import trajectory
@@ -37,7 +38,7 @@ def test_the_default_is_the_ship_of_the_paper() -> None:
     assert ours == pytest.approx(theirs, rel=1e-12)
 
 
-@pytest.mark.parametrize("reference", REFERENCES)
+@pytest.mark.parametrize("reference", rest_long(REFERENCES, 2))
 def test_a_scaled_ship_moves_alike_in_its_own_units(reference: str) -> None:
     # Froude's law with four times the length: all times twice as long, so that half the rate gives the same steps.
     family = replace(DELAYED, reference=reference, knowledge="everything", to_port=False, **LOADS)
@@ -90,7 +91,7 @@ def test_each_actuator_has_its_own_delays_and_each_declaration_its_own_error() -
     assert inertias == pytest.approx(true_ones)
 
 
-@pytest.mark.parametrize("reference", REFERENCES)
+@pytest.mark.parametrize("reference", rest_long(REFERENCES, 2))
 def test_a_reference_to_starboard_is_the_mirror_image_of_that_to_port(reference: str) -> None:
     families = [ShipFamily(reference=reference, to_port=side) for side in (True, False)]
     count = max(100, math.ceil(0.6 * ship_of(families[0]).course.period))

@@ -8,7 +8,7 @@ import pytest
 from compiling import only_compiled
 
 from vessel_hsmc_ros.guidance.factory import trajectory
-from vessel_hsmc_ros.plant.actuators import ActuatorParameters
+from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate

@@ -43,7 +43,9 @@ def test_every_vessel_of_the_library_keeps_its_circle_within_a_hundredth_of_its_
     assert settled_error(scenario_of(name)).max() < 0.01
 
 
-@pytest.mark.parametrize("name", but([*vessel_names()], {"cybership2": "0.0089 lengths", "cybership_enterprise": "0.18 lengths"}))
+@pytest.mark.parametrize(
+    "name", rest_long(but([*vessel_names()], {"cybership2": "0.0089 lengths", "cybership_enterprise": "0.18 lengths"}), 3)
+)
 def test_every_vessel_of_the_library_keeps_a_straight_line_within_two_thousandths_of_its_length(name: str) -> None:
     scenario = scenario_of(name)
     length = scenario.vessel_sim.vessel.length

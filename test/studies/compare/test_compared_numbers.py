@@ -12,9 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from records import make_run
 
-from vessel_hsmc_ros.core.metrics import Metrics
+from vessel_hsmc_ros.core.metrics import Metrics, Run
 from vessel_hsmc_ros.core.node_list import taking_part
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.nodes.runs.processes import spread
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.diagrams import spans

@@ -4,6 +4,7 @@ import math
 
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 
 from vessel_hsmc_ros.scenario.vessels import vessel_names
 from vessel_hsmc_ros.studies.manoeuvres.page import UNITS, notes, rows
@@ -15,7 +16,7 @@ MAY_TAKE_LONG = {"spiral"}
 """At the edge of its loop a ship takes very long to settle, which a note states."""
 
 
-@pytest.mark.parametrize("vessel", vessel_names())
+@pytest.mark.parametrize("vessel", rest_long(vessel_names(), 4))
 def test_every_vessel_performs_every_manoeuvre(vessel: str) -> None:
     results = run(ship_named(vessel))
     assert list(results.manoeuvres) == list(PLANS)

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.interface.network import NetworkParameters, activations
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED

@@ -12,9 +12,8 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import PARAMETERS, BagWriter
 from vessel_hsmc_ros.cli.recordings import replay
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.core.metrics import Metrics, evaluate
+from vessel_hsmc_ros.core.metrics import Metrics, Run, evaluate
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies.runs import verification

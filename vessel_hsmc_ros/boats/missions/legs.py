@@ -18,8 +18,7 @@ from vessel_hsmc_ros.boats.missions.mission import Fence, Mission, MissionPoint,
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.fence import CIRCLE_CORNERS, FenceParameters, clearance, fence_of
 from vessel_hsmc_ros.core.fence import Fence as Area
-from vessel_hsmc_ros.core.geodesy import Plane, exchanged
-from vessel_hsmc_ros.core.kinematics import TURN
+from vessel_hsmc_ros.core.kinematics import TURN, Plane, exchanged
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, track_leaving
 from vessel_hsmc_ros.guidance.tasks import Progress

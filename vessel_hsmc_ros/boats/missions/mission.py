@@ -81,10 +81,7 @@ def with_stops(mission: Mission) -> Mission:
 
 
 class Source:
-    """A file whose values are checked as they are read.
-
-    `title`: what error messages call it, such as `mission file a.plan`.
-    """
+    """A file whose values are checked as they are read. `title`: what error messages call it, such as `mission file a.plan`."""
 
     def __init__(self, title: str) -> None:
         self.title = title

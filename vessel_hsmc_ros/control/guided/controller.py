@@ -60,8 +60,8 @@ from vessel_hsmc_ros.control.interface.actuators import (
     lead,
     with_model,
 )
-from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.core.kernel import Array, clip, kernel
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, extrapolate, to_body, tracking_error, transform
 

@@ -138,10 +138,7 @@ class KnownVessel(NamedVessel):
 
     @property
     def percussion_point(self) -> float:
-        """The distance x_p of the centre of percussion ahead of the origin, m.
-
-        Raises ParameterError if the inertia matrix is not positive, or the sway force turns the ship against the yaw moment.
-        """
+        """The distance x_p of the centre of percussion ahead of the origin, m."""
         m22, m33, m23, e = self.sway_inertia, self.yaw_inertia, self.sway_yaw_inertia, self.sway_force_per_yaw_moment
         m32 = self.yaw_sway_inertia or m23
         if m22 * m33 <= m23 * m32:
@@ -158,20 +155,14 @@ class KnownVessel(NamedVessel):
 
     @property
     def controlled(self) -> float:
-        """The distance of the controlled point ahead of the origin, m: x_p, or 0 for the origin.
-
-        Raises ParameterError as `percussion_point`.
-        """
+        """The distance of the controlled point ahead of the origin, m: x_p, or 0 for the origin."""
         x_p = self.percussion_point
         # One behind the origin is no better: then the moment accelerates the origin to the side to which the ship turns.
         at_origin = self.controlled_point == "origin" or (self.controlled_point == "ahead" and x_p < 0.0)
         return 0.0 if at_origin else x_p
 
     def as_controlled(self) -> "ControlledVessel":
-        """The same vessel as a law knows it: its yaw inertia is m_p; uncoupled where the centre of percussion is controlled.
-
-        Raises ParameterError as `percussion_point`.
-        """
+        """The same vessel as a law knows it: its yaw inertia is m_p; uncoupled where the centre of percussion is controlled."""
         x_p, m32 = self.percussion_point, self.yaw_sway_inertia or self.sway_yaw_inertia
         known = {**vars(self), "yaw_inertia": self.yaw_inertia - x_p * m32}
         if self.controlled:

@@ -61,20 +61,14 @@ class NetworkParameters:
     )
 
     def neurons(self) -> Neurons:
-        """Centres, width and form of the basis function.
-
-        Raises ParameterError if the number of listed centres is not a positive multiple of three.
-        """
+        """Centres, width and form of the basis function."""
         as_printed = self.basis == "as_printed"
         # Only the Gaussian of a squared distance is the product of Gaussians of its axes.
         axis = self._axis() if self.layout == "grid" and not as_printed else np.empty(0)
         return Neurons(self.centers(), self.width, as_printed, axis)
 
     def centers(self) -> Array:
-        """All centres, shape (l, 3); on the grid l = centers_per_axis³.
-
-        Raises ParameterError if the number of listed centres is not a positive multiple of three.
-        """
+        """All centres, shape (l, 3); on the grid l = centers_per_axis³."""
         if self.layout == "listed":
             return self._listed()
         axis = self._axis()

@@ -97,10 +97,7 @@ class Registry(Mapping[str, LawKind]):
         return self._others
 
     def add(self, *laws: object, origin: Origin) -> None:
-        """Register laws; they replace those that have the same origin, as when a file is read again.
-
-        Raises ParameterError if one is not a complete law, or its name is used already; no law is registered then.
-        """
+        """Register laws; they replace those that have the same origin, as when a file is read again."""
         kept = {name: kind for name, kind in self.others.items() if kind.origin and kind.origin.source != origin.source}
         for law in laws:
             kind = checked(law, origin)
@@ -155,10 +152,7 @@ def is_law(found: object) -> TypeGuard[type[Law[Any]]]:
 
 
 def parameters_of(law: type[Law[Any]]) -> type:
-    """The dataclass P of a law that is derived from Law[P].
-
-    Raises ParameterError if the law is derived from Law without a dataclass.
-    """
+    """The dataclass P of a law that is derived from Law[P]."""
     for cls in law.__mro__:
         for base in vars(cls).get("__orig_bases__", ()):
             arguments = get_args(base)

@@ -40,7 +40,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, AdaptiveLaw, KernelLaw
+from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, AdaptiveLaw, KernelLaw
 from vessel_hsmc_ros.control.interface.network import NetworkParameters, Neurons, activate, adapt, output
 from vessel_hsmc_ros.control.laws.hierarchical_printed import SWITCHING, check_step, gain, layer, switch
 from vessel_hsmc_ros.core import schema
@@ -137,8 +137,7 @@ def step(
 class CourseController(AdaptiveLaw[CourseLawParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
-    `vessel`: the known inertia; the limits are not used, as in the paper. Raises ParameterError if the reaching gain is
-    unstable at this period, or the number of listed centres is not a multiple of three.
+    `vessel`: the known inertia; the limits are not used, as in the paper.
     """
 
     name = "course"
@@ -150,10 +149,7 @@ class CourseController(AdaptiveLaw[CourseLawParameters]):
     memory: Memory
 
     def retune(self, parameters: CourseLawParameters) -> None:
-        """Take new gains and keep the weights; the size of the network stays as constructed.
-
-        Raises ParameterError if the reaching gain is unstable at the law's period.
-        """
+        """Take new gains and keep the weights; the size of the network stays as constructed."""
         check_step(parameters, "reaching_gain", "heading_surface_slope", self.period, "course")
         known, switching = schema.symbols(self.vessel), SWITCHING.index(parameters.switching)
         gains = Gains(**schema.symbols(parameters), m33=known["m33"], T=self.period, switching=switching)

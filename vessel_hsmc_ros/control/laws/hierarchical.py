@@ -53,8 +53,8 @@ from vessel_hsmc_ros.control.interface.actuators import (
     lead,
     with_model,
 )
-from vessel_hsmc_ros.control.interface.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.law import AdaptiveLaw
 from vessel_hsmc_ros.control.interface.network import Estimates, Neurons, activate, adapt, outputs
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import LASTING, Gains, HierarchicalParameters, gains
 from vessel_hsmc_ros.core.kernel import Array, clip, kernel
@@ -347,8 +347,7 @@ def outdated(m: Memory, constants: Constants) -> bool:
 class HierarchicalController(AdaptiveLaw[HierarchicalParameters]):
     """The law with its internal state: weights, predictions, estimated current and identified actuators.
 
-    `parameters`: numbers of the law and network. Raises ParameterError if the period is too long for the gains, or the number
-    of listed centres is not a multiple of three.
+    `parameters`: numbers of the law and network.
     """
 
     name = "hierarchical"

@@ -149,10 +149,7 @@ def stretch(vessel: KnownVessel, period: float) -> float:
 
 
 def gains(parameters: HierarchicalParameters, vessel: KnownVessel, period: float) -> Gains:
-    """The constants of the law for a vessel and a control period, s.
-
-    Raises InstabilityError if the period is too long: it takes (k + eta/phi)·T < 2 and lam·T < 2.
-    """
+    """The constants of the law for a vessel and a control period, s."""
     q, inputs = stretch(vessel, period), dynamics(vessel)
     full = max(inputs.yaw.full, 0.0 if inputs.declared else ASSUMED_FULL * unit_time(vessel))
     L, T = vessel.length, unit_time(vessel) * q

@@ -46,8 +46,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.interface.kernel_law import AdaptiveLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
+from vessel_hsmc_ros.control.interface.law import AdaptiveLaw
 from vessel_hsmc_ros.control.interface.network import Estimates, NetworkParameters, Neurons, activate, adapt, outputs
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError
@@ -364,8 +364,7 @@ def step(
 class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
     """The law with its internal state, the weights, which are integrated by one Euler step per period.
 
-    `vessel`: the known inertia; the paper's law does not use the limits. Raises ParameterError if a reaching gain is unstable
-    at this period, or the number of listed centres is not a multiple of three.
+    `vessel`: the known inertia; the paper's law does not use the limits.
     """
 
     name = "hierarchical_printed"
@@ -376,10 +375,7 @@ class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
     memory: Memory
 
     def retune(self, parameters: HierarchicalPrintedParameters) -> None:
-        """Take new gains and keep the weights; the size of the network stays as constructed.
-
-        Raises ParameterError if a reaching gain is unstable at the law's period.
-        """
+        """Take new gains and keep the weights; the size of the network stays as constructed."""
         for gain, slope in (("yaw_reaching_gain", "heading_surface_slope"), ("surge_reaching_gain", "surge_surface_slope")):
             check_step(parameters, gain, slope, self.period, "hierarchical_printed")
         self.constants = Constants(gains(parameters, self.vessel, self.period), self.neurons)
@@ -392,10 +388,7 @@ class HierarchicalPrintedController(AdaptiveLaw[HierarchicalPrintedParameters]):
         self.memory = initial(len(self.neurons.mu))
 
     def explain_undefined(self, motion: Motion) -> None:
-        """Report the singularity.
-
-        Raises ControlError if the ship is at the singularity z1 = b/a, or has crossed it since the last step.
-        """
+        """Report the singularity."""
         g, z1 = self.constants.gains, transform(motion).z1
         if math.isnan(side_of_singularity(z1, self.memory.side, g)):
             raise ControlError(

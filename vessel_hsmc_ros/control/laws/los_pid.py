@@ -29,9 +29,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.actuators import unit_time
-from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import gain
+from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, KernelLaw, gain
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, tracking_error, transform, wrap

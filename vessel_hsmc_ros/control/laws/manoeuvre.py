@@ -44,7 +44,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
+from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array, clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
@@ -108,10 +108,7 @@ def open_loop_step(
 
 
 class OpenLoop(KernelLaw[OpenLoopParameters]):
-    """The law; time counts from its first step.
-
-    `vessel`: not used. Raises ParameterError if the lists differ in length, or the times do not increase.
-    """
+    """The law; time counts from its first step. `vessel`: not used."""
 
     name = "open_loop"
     keeps_limits = False

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.interface.law import Law, Terms, diagnosed, guarded, guarded_step
-from vessel_hsmc_ros.control.loop.controlled_point import ORIGIN, START, ControlledPoint, at_origin, to_controlled_point
+from vessel_hsmc_ros.control.loop.control_period import ORIGIN, START, ControlledPoint, at_origin, to_controlled_point
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.safety.fence_guard import FenceGuard
 from vessel_hsmc_ros.control.safety.monitors import Alarm, Heading, Innovation, Monitor, NotMoving, Saturation, Velocities
@@ -198,10 +198,7 @@ class ControlLoop:
             self.watch.reset()
 
     def retune(self, parameters: object) -> None:
-        """Apply new parameters of the law, which keeps its internal state.
-
-        Raises ParameterError if the law rejects them, or its code fails.
-        """
+        """Apply new parameters of the law, which keeps its internal state."""
         with guarded(self.law, ParameterError):
             self.law.retune(parameters)
         self.supervision.handover()

@@ -34,8 +34,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
-from vessel_hsmc_ros.control.loop.controlled_point import START, ControlledPoint, Heading, to_controlled_point
+from vessel_hsmc_ros.control.interface.law import KernelLaw
+from vessel_hsmc_ros.control.loop.control_period import START, ControlledPoint, Heading, to_controlled_point
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 

@@ -19,8 +19,8 @@ from vessel_hsmc_ros.bags.run_from_bag import matched, measured_states, seconds_
 from vessel_hsmc_ros.bags.topic_columns import Series
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.quantities import number_of
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Role, Topic, clocks_differ, set_back, unusable
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs

@@ -13,7 +13,7 @@ import numpy as np
 
 from vessel_hsmc_ros.control.laws.manoeuvre import ManoeuvreParameters
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 

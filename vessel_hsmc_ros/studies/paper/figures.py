@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.metrics import heading_error, position_error
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error
 from vessel_hsmc_ros.report.diagrams import INK, OTHER, PLOT, SHIP
 from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, of_law

@@ -35,8 +35,7 @@ from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrinte
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, tracking_error, transform, transform_rate
-from vessel_hsmc_ros.core.metrics import heading_error, position_error, rms
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, rms
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 from vessel_hsmc_ros.studies.paper.claims import NAN, Numbers
 

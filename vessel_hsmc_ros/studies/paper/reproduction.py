@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.law import Law
+from vessel_hsmc_ros.control.interface.law import KernelLaw, Law
 from vessel_hsmc_ros.control.interface.network import Estimates
 from vessel_hsmc_ros.control.laws import hierarchical as repaired
 from vessel_hsmc_ros.control.laws import hierarchical_parameters as repaired_parameters
@@ -32,8 +31,8 @@ from vessel_hsmc_ros.control.laws.hierarchical_printed import gains as printed_g
 from vessel_hsmc_ros.core.exceptions import ControlError, RunError, SimulationError
 from vessel_hsmc_ros.core.kernel import Array, clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario

@@ -29,7 +29,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.control.interface.kernel_law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.interface.known_vessel import (
     KnownDamping,
     Ship,
@@ -41,7 +40,7 @@ from vessel_hsmc_ros.control.interface.known_vessel import (
     point_ahead,
     rotated,
 )
-from vessel_hsmc_ros.control.interface.law import gain
+from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, KernelLaw, gain
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.kernel import clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, tracking_error, transform

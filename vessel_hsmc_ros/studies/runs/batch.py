@@ -25,8 +25,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, RunError, SimulationError
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.metrics import Metrics, evaluate_errors
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Metrics, Run, evaluate_errors
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.report.record import bounds, has_legs, hull_length, measured
 from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from vessel_hsmc_ros.core.exceptions import BagError, ControlError, ReportError, RunError, SimulationError
 from vessel_hsmc_ros.core.install_paths import missing_module
-from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Metrics, Run
 from vessel_hsmc_ros.faults import FaultScript
 from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
 from vessel_hsmc_ros.scenario.fleet import Fleet, dump_fleet

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.core.metrics import NOISE_PEAK, position_error
+from vessel_hsmc_ros.core.metrics import NOISE_PEAK, Run, position_error
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, Demand, Pace, demand
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
