@@ -35,9 +35,9 @@ from vessel_hsmc_ros.core.kernel import bound
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, to_body
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
+from vessel_hsmc_ros.studies.batch import run_all
 from vessel_hsmc_ros.studies.paper.cases import CALM, LIMITS, NO_NETWORKS, PRINTED, TOLD
 from vessel_hsmc_ros.studies.paper.reproduction import AlteredLaw
-from vessel_hsmc_ros.studies.runs.batch import run_all
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "verdict.md"
 TABLE = re.compile(r"(<!-- generated: ablations -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -32,7 +32,7 @@ from scalar_program import Scalar, samples  # type: ignore[import-not-found]
 from vessel_hsmc_ros import load_scenario, simulate
 from vessel_hsmc_ros.core.metrics import position_error, rms
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.runs.batch import simulate_many
+from vessel_hsmc_ros.studies.batch import simulate_many
 
 OFFSET = 1e-4
 """Run i starts i times this further east, m, here and in the C++ program."""

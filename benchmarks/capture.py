@@ -41,12 +41,12 @@ from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.simulation.offline import simulate
+from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.ship_expansion import resolved
+from vessel_hsmc_ros.studies.campaign.ship_family import resolved
 from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.feasibility import infeasible
 from vessel_hsmc_ros.studies.rivals.nmpc import ModelParameters, NmpcParameters
-from vessel_hsmc_ros.studies.runs import batch
 
 START, ARRIVED = 5.0, 0.02
 """Distance of the start, and the error below which a ship has arrived, in lengths."""

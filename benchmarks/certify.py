@@ -28,8 +28,8 @@ from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
+from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
 from vessel_hsmc_ros.studies.certificate import BOX, at_a_point, case_of, in_box, under_way
-from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 WIND, HULL = "rest, wind and current", "rest, force fixed to the hull"
 MODES = {"straight": 3.0, "circle": 3.0, WIND: 5.0, HULL: 5.0}

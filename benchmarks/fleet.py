@@ -21,10 +21,9 @@ from rich.table import Table
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.nodes.runs.supervisor import supervise
-from vessel_hsmc_ros.scenario.fleet import dump_fleet, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
-from vessel_hsmc_ros.studies.runs.scenario_run import reserve_namespaces
+from vessel_hsmc_ros.scenario.scenario import dump_fleet, for_nodes, load_scenario, make_fleet
+from vessel_hsmc_ros.studies.scenario_run import reserve_namespaces
 
 RATE = 50.0
 SHORT = 10

@@ -26,8 +26,7 @@ import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.studies.identification.estimate import identify
-from vessel_hsmc_ros.studies.identification.types import DIAGONAL_INERTIA, Identified, model
-from vessel_hsmc_ros.studies.identification.windows import predict
+from vessel_hsmc_ros.studies.identification.types import DIAGONAL_INERTIA, Identified, model, predict
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

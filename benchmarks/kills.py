@@ -25,7 +25,7 @@ from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.repair import is_complete, repair
-from vessel_hsmc_ros.studies.runs.verification import verify
+from vessel_hsmc_ros.studies.verification import verify
 
 PERIOD = 10_000_000
 console = Console()

@@ -20,10 +20,10 @@ from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
 from vessel_hsmc_ros.studies.campaign.execute import exceeded
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.feasibility import infeasible
-from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 VARIANTS = "guided", "guided with nothing declared", "guided exactly declared"
 

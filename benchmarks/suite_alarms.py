@@ -22,8 +22,8 @@ from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
+from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.comparison import Task, prepare
-from vessel_hsmc_ros.studies.runs import batch
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.scenario.own_ship import scenario_for, ship_of
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, loads, scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
-from vessel_hsmc_ros.studies.runs.batch import simulate_one
+from vessel_hsmc_ros.studies.batch import simulate_one
 
 FORCE_SHARE, MOMENT_SHARE, FREQUENCY = 0.3, 0.1, 0.1
 """Inputs of the virtual ship in the slalom as shares of the limits, and the frequency of its yaw moment, in 1/T."""

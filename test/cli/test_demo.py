@@ -17,9 +17,9 @@ from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.report.diagrams import page_colour, run_colour
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.studies import scenario_run
 from vessel_hsmc_ros.studies.comparison import COLOURS
-from vessel_hsmc_ros.studies.runs import scenario_run
-from vessel_hsmc_ros.studies.runs.demonstration import LAWS
+from vessel_hsmc_ros.studies.scenario_run import LAWS
 
 
 class Demonstration(NamedTuple):

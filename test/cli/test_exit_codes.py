@@ -71,7 +71,7 @@ def test_help_exits_with_0(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
             ["compare", "case2_tracking", "--laws", "los_pid", "--workers", "1"],
             "vessel_hsmc_ros.studies.comparison.simulate",
         ),
-        (["report", "bag"], "vessel_hsmc_ros.report.making.make"),
+        (["report", "bag"], "vessel_hsmc_ros.report.page.make"),
     ],
 )
 def test_ctrl_c_exits_with_130_and_no_traceback(

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.studies.runs.scenario_run import Result as RunResult
+from vessel_hsmc_ros.studies.scenario_run import Result as RunResult
 
 DURATION = "vessel_sim.duration"
 
@@ -76,7 +76,7 @@ def test_sweep_repeats_its_points_for_each_law_on_so_many_workers(reach: Reach) 
 def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
     options = "--set", f"{DURATION}=2.5", "--output", "there"
     for more, with_bag in (((), True), (("--no-bag",), False)):
-        found = reach("vessel_hsmc_ros.studies.runs.scenario_run.run_offline", "simulate", "case2_straight", *options, *more)
+        found = reach("vessel_hsmc_ros.studies.scenario_run.run_offline", "simulate", "case2_straight", *options, *more)
         scenario = found["scenario"]
         assert (scenario.name, scenario.vessel_sim.duration, found["parent"]) == ("case2_straight", 2.5, Path("there"))
         assert found["with_bag"] is with_bag
@@ -86,7 +86,7 @@ def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
 @pytest.mark.parametrize(
     ("more", "target", "name"),
     [
-        ((), "studies.runs.scenario_run.run_nodes", "with_page"),
+        ((), "studies.scenario_run.run_nodes", "with_page"),
         (("--vessels", "2"), "cli.run.run_fleet", "with_page"),
         (("--vessels", "2", "--spacing", "9"), "cli.run.run_vessels", "output"),
     ],
@@ -94,7 +94,7 @@ def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
 def test_a_run_without_a_page_requests_none(
     reach: Reach, monkeypatch: pytest.MonkeyPatch, more: tuple[str, ...], target: str, name: str
 ) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
     monkeypatch.setattr("vessel_hsmc_ros.cli.run.reserve_namespaces", lambda *_: nullcontext())
     for options, with_page in (("--no-page",), False), ((), True):
         found = reach(f"vessel_hsmc_ros.{target}", "run", "case2_straight", *more, *options)[name]
@@ -109,10 +109,10 @@ def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Rea
         reserved.append((namespace, lockstep))
         return nullcontext()
 
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", reserve)
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.check_live_port", ports.append)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", reserve)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.check_live_port", ports.append)
     Path("late.yaml").write_text("faults:\n  - {at: 1.5, duration: 0.5, kind: drop, topic: odom}\n")
-    target = "vessel_hsmc_ros.studies.runs.scenario_run.run_nodes"
+    target = "vessel_hsmc_ros.studies.scenario_run.run_nodes"
     found = reach(target, "run", "case2_straight", "--set", f"{DURATION}=2.5", "--output", "there", "--namespace", "/boat/")
     scenario = found["scenario"]
     assert (scenario.vessel_sim.duration, scenario.controller.lockstep, found["namespace"]) == (2.5, True, "boat")
@@ -127,18 +127,18 @@ def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Rea
 
 
 def test_the_nodes_of_a_run_share_a_process_unless_each_is_to_have_its_own(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
     for options, composed in ((), True), (("--composed",), True), (("--processes",), False):
-        found = reach("vessel_hsmc_ros.studies.runs.scenario_run.run_nodes", "run", "case2_straight", *options)
+        found = reach("vessel_hsmc_ros.studies.scenario_run.run_nodes", "run", "case2_straight", *options)
         assert found["composed"] is composed
 
 
 def test_a_script_of_faults_replaces_that_of_the_scenario(reach: Reach, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
     (tmp_path / "mine.yaml").write_text("faults:\n  - {at: 1.0, duration: 0.5, kind: drop, topic: odom}\n")
     (tmp_path / "other.yaml").write_text("faults:\n  - {at: 2.0, duration: 0.5, kind: drop, topic: reference}\n")
     for options, expected in ((), (1.0, "odom")), (("--faults", "other.yaml"), (2.0, "reference")):
-        found = reach("vessel_hsmc_ros.studies.runs.scenario_run.run_nodes", "run", "mine.yaml", *options)
+        found = reach("vessel_hsmc_ros.studies.scenario_run.run_nodes", "run", "mine.yaml", *options)
         assert [(fault.at, fault.topic) for fault in found["faults"].faults] == [expected]
 
 
@@ -154,9 +154,9 @@ def test_run_with_vessels_takes_number_and_spacing(reach: Reach) -> None:
 def test_the_exit_code_is_that_of_the_run(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, verb: str, target: str, code: int
 ) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
     result = RunResult(RunFolder(tmp_path), code, "it failed" if code else "")
-    monkeypatch.setattr(f"vessel_hsmc_ros.studies.runs.scenario_run.{target}", lambda *_, **__: result)
+    monkeypatch.setattr(f"vessel_hsmc_ros.studies.scenario_run.{target}", lambda *_, **__: result)
     done = CliRunner().invoke(cli, [verb, "case2_straight", "--output", str(tmp_path)])
     assert done.exit_code == code
     assert ("error: it failed" in done.output) == (code == 1)
@@ -228,7 +228,7 @@ def test_identify_takes_model_vessel_window_and_held_out_runs(reach: Reach, monk
 
 
 def test_report_takes_all_that_describes_the_files(reach: Reach) -> None:
-    target = "vessel_hsmc_ros.report.making.make"
+    target = "vessel_hsmc_ros.report.page.make"
     what = "--title", "Two boats", "--namespace", "boat", "--hull-length", 8.5, "--hull-beam", 2.25, "--file", "page.html"
     for flag, kinds in (("--csv", (True, False)), ("--parquet", (False, True))):
         found = reach(target, "report", "one", "two", *what, flag, "--figures", "svg")
@@ -335,10 +335,10 @@ def test_replay_verifies_and_repeats_with_its_own_changes(reach: Reach, monkeypa
     bag = OpenedBag()
     monkeypatch.setattr("vessel_hsmc_ros.bags.reader.open_bag", lambda _: bag)
     verified = "--verify", "--set", "controller.rate_hz=50", "--namespace", "boat"
-    found = reach("vessel_hsmc_ros.studies.runs.verification.verify", "replay", "bag", *verified)
+    found = reach("vessel_hsmc_ros.studies.verification.verify", "replay", "bag", *verified)
     assert [*found.values()][:3] == [bag, ({"controller.rate_hz": 50}, "/boat/"), "boat"]
     again = "--with", "controller.rate_hz=20", "--namespace", "boat", "--output", "there"
-    found = reach("vessel_hsmc_ros.studies.runs.verification.rerun", "replay", "bag", *again)
+    found = reach("vessel_hsmc_ros.studies.verification.rerun", "replay", "bag", *again)
     assert [*found.values()] == [bag, {"controller.rate_hz": 20}, "boat", Path("there")]
     published = "--rate", 2.5, "--topic", "/odom", "--topic", "/reference"
     for flag, flags in (("--loop", (True, False)), ("--paused", (False, True))):

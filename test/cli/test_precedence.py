@@ -28,11 +28,11 @@ FILES = {
     "one.csv": "",
 }
 
-OFFLINE, NODES = "vessel_hsmc_ros.studies.runs.scenario_run.run_offline", "vessel_hsmc_ros.studies.runs.scenario_run.run_nodes"
+OFFLINE, NODES = "vessel_hsmc_ros.studies.scenario_run.run_offline", "vessel_hsmc_ros.studies.scenario_run.run_nodes"
 FLEET = "vessel_hsmc_ros.cli.run.run_vessels"
 COMPARE, SWEEP = "vessel_hsmc_ros.studies.comparison.compare", "vessel_hsmc_ros.studies.campaign.execute.compute_rows"
 TUNE, CAMPAIGN = "vessel_hsmc_ros.studies.tuning.result.tune", "vessel_hsmc_ros.studies.campaign.execute.run_campaign"
-REPORT, INIT, GAINS = "vessel_hsmc_ros.report.making.make", "vessel_hsmc_ros.cli.boat._text", "vessel_hsmc_ros.cli.gains.study"
+REPORT, INIT, GAINS = "vessel_hsmc_ros.report.page.make", "vessel_hsmc_ros.cli.boat._text", "vessel_hsmc_ros.cli.gains.study"
 PHYSICS, ROW = "vessel_hsmc_ros.cli.boat.Physics", "vessel_hsmc_ros.studies.campaign.dataset.Row.read"
 
 
@@ -155,7 +155,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.command)
 def test_what_counts_arrives(reach: Reach, files: Path, monkeypatch: pytest.MonkeyPatch, case: Case) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
     assert case.counts(reach(case.target, *case.command.split())) == case.value
 
 

@@ -16,9 +16,9 @@ from vessel_hsmc_ros.cli.hull import _judged, _rows
 from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
+from vessel_hsmc_ros.scenario.ship_rules import Step
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.studies.campaign import execute
-from vessel_hsmc_ros.studies.identification.excitation import Step
 
 
 @pytest.mark.parametrize(

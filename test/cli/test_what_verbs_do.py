@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario import own_ship
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.runs.scenario_run import Result
+from vessel_hsmc_ros.studies.scenario_run import Result
 from vessel_hsmc_ros.studies.tuning.plan import Case
 
 METRICS = Metrics(*[float(number) for number in range(1, len(Metrics._fields) + 1)])
@@ -81,8 +81,8 @@ def test_what_is_set_by_hand_takes_precedence_over_what_a_verb_sets(monkeypatch:
         raise click.Abort
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.reserve_namespace", lambda *_: nullcontext())
-    monkeypatch.setattr("vessel_hsmc_ros.studies.runs.scenario_run.run_nodes", run_nodes)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
+    monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.run_nodes", run_nodes)
     own = "--namespace", "boat", "--set", "controller.frame_prefix=mine/"
     CliRunner().invoke(cli, ["run", "case2_straight", *own], standalone_mode=False)
     scenario, _, namespace, *_ = given
@@ -211,7 +211,7 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
         predicted.append((dict(values), measured, window, inputs))
         return f"prediction {len(predicted)}"
 
-    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.windows.predict", predict)
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.types.predict", predict)
     monkeypatch.setattr("vessel_hsmc_ros.studies.identification.page.steady_load", lambda *given: given)
     monkeypatch.setattr(own_ship, "ship_of", lambda values: values)
     monkeypatch.setattr("vessel_hsmc_ros.core.schema.flatten", lambda values: values)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.cli import boat, campaign, console, hull, reproduce
+from vessel_hsmc_ros.cli import boat, comparing, console, hull
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.gains import _margins
 from vessel_hsmc_ros.cli.options import compare_with_row, print_json
@@ -21,8 +21,8 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import Snapshot
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES
-from vessel_hsmc_ros.studies.identification.excitation import Step
-from vessel_hsmc_ros.studies.runs.verification import Verification
+from vessel_hsmc_ros.scenario.ship_rules import Step
+from vessel_hsmc_ros.studies.verification import Verification
 
 
 def test_the_manoeuvres_are_listed_with_their_own_times_inputs_and_speeds() -> None:
@@ -60,7 +60,7 @@ def test_watch_shows_force_moment_and_heading_of_ship_and_reference() -> None:
 def test_the_rate_of_a_campaign_is_that_of_the_last_half_minute(monkeypatch: pytest.MonkeyPatch) -> None:
     now, updates = [100.0], []
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    pace = campaign.Pace("campaign x", lambda *given, **named: updates.append((*given, *named.values())))
+    pace = comparing.Pace("campaign x", lambda *given, **named: updates.append((*given, *named.values())))
     for at, done in ((101.0, 50), (111.0, 70), (136.0, 95), (140.0, 100)):
         now[0] = at
         pace(done, 400)
@@ -144,8 +144,8 @@ def test_metrics_of_several_runs_have_a_line_for_each_that_any_has(monkeypatch: 
 
 
 def test_what_does_not_agree_is_yellow() -> None:
-    assert reproduce.highlighted(("*a*", "b"), True) == ("a", "b")
-    assert reproduce.highlighted(("*a*", "b"), False) == ("[yellow]a[/]", "[yellow]b[/]")
+    assert comparing.highlighted(("*a*", "b"), True) == ("a", "b")
+    assert comparing.highlighted(("*a*", "b"), False) == ("[yellow]a[/]", "[yellow]b[/]")
 
 
 @pytest.mark.parametrize("key", OVERRIDES)

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.report.record import Record, analyse, measured, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import Row, judge
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.runs.batch import simulate_one
+from vessel_hsmc_ros.studies.batch import simulate_one
 
 SURVEY = ReferenceShipParameters(mode="lawnmower", initial_pose=(3.0, 4.0, 0.7))
 

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.nodes.recorder import RecorderNode
 from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
-from vessel_hsmc_ros.studies.runs.verification import verify
+from vessel_hsmc_ros.studies.verification import verify
 from vessel_sim_node.node import VesselSimNode
 
 NODES = (RecorderNode, ReferenceShipNode, ControllerNode, VesselSimNode)

@@ -9,9 +9,9 @@ from harness import Command
 
 SHORT = """
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.studies.runs import demonstration
+from vessel_hsmc_ros.studies import scenario_run
 
-demonstration.DURATION = 2.0
+scenario_run.DURATION = 2.0
 cli(["demo"])
 """
 

@@ -11,7 +11,7 @@ import pytest
 from harness import Command, children, exit_code, process_name, run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.report.making import Options, make
+from vessel_hsmc_ros.report.page import Options, make
 from vessel_hsmc_ros.simulation import compilation
 from vessel_hsmc_ros.simulation.offline import simulate
 

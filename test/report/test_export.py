@@ -14,7 +14,7 @@ from records import circle, make_run, record
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.metrics import MOTION
-from vessel_hsmc_ros.report import figures, making
+from vessel_hsmc_ros.report import figures, page
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 
@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 
 def test_csv_reads_back_bit_identical(tmp_path: Path) -> None:
     run = circle(1.0)
-    paths = making.write_csv(run, tmp_path / "csv")
+    paths = page.write_csv(run, tmp_path / "csv")
     assert [path.name for path in paths] == ["motion.csv", "control.csv"]
     read = np.genfromtxt(paths[0], delimiter=",", names=True)
     np.testing.assert_array_equal(read["time"], run.time)
@@ -32,7 +32,7 @@ def test_csv_reads_back_bit_identical(tmp_path: Path) -> None:
 
 
 def test_csv_has_a_row_for_each_state_and_lines_end_as_on_unix(tmp_path: Path) -> None:
-    path = making.write_csv(circle(1.0), tmp_path)[0]
+    path = page.write_csv(circle(1.0), tmp_path)[0]
     text = path.read_bytes()
     assert b"\r" not in text
     rows = list(csv.reader(text.decode().splitlines()))
@@ -43,18 +43,18 @@ def test_csv_has_a_row_for_each_state_and_lines_end_as_on_unix(tmp_path: Path) -
 def test_flags_are_written_as_0_and_1(tmp_path: Path) -> None:
     run = circle(1.0)
     run.control["saturated"] = np.arange(250) % 2 == 0
-    rows = list(csv.DictReader((making.write_csv(run, tmp_path)[1]).open()))
+    rows = list(csv.DictReader((page.write_csv(run, tmp_path)[1]).open()))
     assert [row["saturated"] for row in rows[:3]] == ["1", "0", "1"]
 
 
 def test_weights_of_networks_are_not_exported(tmp_path: Path) -> None:
-    read = np.genfromtxt(making.write_csv(circle(1.0), tmp_path)[1], delimiter=",", names=True)
+    read = np.genfromtxt(page.write_csv(circle(1.0), tmp_path)[1], delimiter=",", names=True)
     assert read.dtype.names == ("time", "surge_estimate")
 
 
 def test_quantities_that_were_not_recorded_have_no_columns() -> None:
     run = circle(1.0)
-    tables = making.tables(make_run(run.time, run.state))
+    tables = page.tables(make_run(run.time, run.state))
     assert list(tables) == ["motion"]
     assert list(tables["motion"]) == ["time", *MOTION]
 
@@ -66,7 +66,7 @@ def test_every_column_is_documented_and_every_documented_column_exists(tmp_path:
     runs = [open_bag(tmp_path / "bag").run(load_scenario("realistic").vessel_sim.vessel.coefficients(), weights=False)]
     runs.append(simulate(load_scenario("realistic", changes)))
     runs[0].control["commanded"] = np.zeros((len(runs[0].control["time"]), 2))
-    found = [making.tables(run) for run in runs]
+    found = [page.tables(run) for run in runs]
     text = (ROOT / "docs" / "report.md").read_text(encoding="utf-8").partition("## Columns of the tables")[2]
     motion, _, control = text.partition("`control`, a row")
     for name, section in (("motion", motion), ("control", control.partition("\n## ")[0])):
@@ -76,7 +76,7 @@ def test_every_column_is_documented_and_every_documented_column_exists(tmp_path:
 
 def test_errors_of_the_paper_cannot_be_mistaken_for_errors_in_the_body_frame() -> None:
     run = simulate(load_scenario("case2_tracking", {"vessel_sim.duration": 1.0}))
-    tables = making.tables(run)
+    tables = page.tables(run)
     assert "surge_error" not in tables["control"]
     np.testing.assert_array_equal(tables["control"]["paper_z1e"], run.control["surge_error"])
     np.testing.assert_array_equal(tables["control"]["paper_z2e_rate"], run.control["sway_error_rate"])
@@ -86,9 +86,9 @@ def test_errors_of_the_paper_cannot_be_mistaken_for_errors_in_the_body_frame() -
 
 def test_parquet_has_the_same_columns(tmp_path: Path) -> None:
     run = circle(1.0)
-    paths = making.write_parquet(run, tmp_path)
+    paths = page.write_parquet(run, tmp_path)
     assert [path.name for path in paths] == ["motion.parquet", "control.parquet"]
-    for path, table in zip(paths, making.tables(run).values(), strict=True):
+    for path, table in zip(paths, page.tables(run).values(), strict=True):
         read = parquet.read_table(path)
         assert read.column_names == list(table)
         for name, values in table.items():
@@ -98,13 +98,13 @@ def test_parquet_has_the_same_columns(tmp_path: Path) -> None:
 def test_parquet_without_pyarrow_is_refused_with_a_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ReportError, match="Parquet needs pyarrow, which is not installed: pip install pyarrow"):
-        making.write_parquet(circle(1.0), tmp_path)
+        page.write_parquet(circle(1.0), tmp_path)
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(ReportError, match=r"tables in .*file/csv cannot be written: Not a directory"):
-        making.write_csv(circle(1.0), tmp_path / "file" / "csv")
+        page.write_csv(circle(1.0), tmp_path / "file" / "csv")
 
 
 @pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])

@@ -14,7 +14,7 @@ from vessel_hsmc_ros.bags.reader import Bag, Event, open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning
 from vessel_hsmc_ros.core.metrics import evaluate
-from vessel_hsmc_ros.report.making import Options, make, page_of, read
+from vessel_hsmc_ros.report.page import Options, make, page_of, read
 from vessel_hsmc_ros.report.panels import panels
 from vessel_hsmc_ros.report.record import Mark
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario

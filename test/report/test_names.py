@@ -6,7 +6,7 @@ import pytest
 from records import record
 
 from vessel_hsmc_ros.report import Record
-from vessel_hsmc_ros.report.making import distinguished
+from vessel_hsmc_ros.report.page import distinguished
 
 
 def names(*records: Record) -> list[str]:

@@ -13,8 +13,8 @@ from records import make_run, record
 
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
 from vessel_hsmc_ros.core.metrics import TrackErrors
-from vessel_hsmc_ros.report import Record, figures, making, page
-from vessel_hsmc_ros.report.making import Options
+from vessel_hsmc_ros.report import Record, figures, page
+from vessel_hsmc_ros.report.page import Options
 from vessel_hsmc_ros.report.page_kit import TRACK_POINTS, Payload
 from vessel_hsmc_ros.report.panels import Line, Panel, Plan, fences, overlays, plans, stops
 from vessel_hsmc_ros.report.record import Limit, planned
@@ -206,11 +206,11 @@ def test_every_option_of_a_page_reaches_its_file(tmp_path: Path, monkeypatch: py
     runs = [record("one", 1.0), spiral("two", 0.0, 20.0, 0.0, scenario=load_scenario("figure_eight", named))]
     path = tmp_path / "mine.html"
     options = Options(page=path, figures="svg", csv=True, hull=DrawnHull(beam=2.25), notes=("a note",))
-    files = making.write(runs, options).files
+    files = page.write_files(runs, options).files
     assert written[0] == (path, runs, "one · two · otter", Hull(32.0, 2.25), ("a note",))
     assert written[1] == (runs, tmp_path / "mine_figures", "svg")
     assert files == {"page": path, "figures": tmp_path / "mine_figures", "csv": tmp_path / "mine_csv"}
-    making.write(runs, replace(options, title="My title", figures=None, csv=False))
+    page.write_files(runs, replace(options, title="My title", figures=None, csv=False))
     assert written[2][2] == "My title"
     chosen: list[tuple[str | None, str, str]] = []
 
@@ -218,23 +218,23 @@ def test_every_option_of_a_page_reaches_its_file(tmp_path: Path, monkeypatch: py
         chosen.append((namespace, odometry, wrench))
         return runs
 
-    monkeypatch.setattr(making, "read", read)
+    monkeypatch.setattr(page, "read", read)
     (tmp_path / "bag").mkdir()
-    monkeypatch.setattr(making, "bag_path", Path)
-    making.make([tmp_path / "bag"], Options(page=path, namespace="boat", odometry="/state", wrench="/thrust"))
+    monkeypatch.setattr(page, "bag_path", Path)
+    page.make([tmp_path / "bag"], Options(page=path, namespace="boat", odometry="/state", wrench="/thrust"))
     assert chosen == [("boat", "/state", "/thrust")]
 
 
 def test_a_table_of_many_rows_is_written_to_its_last_row(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(making, "ROWS", 7)
+    monkeypatch.setattr(page, "ROWS", 7)
     run = spiral("run", 0.0, 20.0, 0.0).run
-    read = np.genfromtxt(making.write_csv(run, tmp_path)[0], delimiter=",", names=True)
+    read = np.genfromtxt(page.write_csv(run, tmp_path)[0], delimiter=",", names=True)
     np.testing.assert_array_equal(read["time"], run.time)
 
 
 def test_of_three_runs_the_parameters_are_named_in_which_any_differs() -> None:
     changes: list[dict[str, Any]] = [{}, {"vessel_sim.seed": 5}, {"controller.hierarchical_printed.sway_weight": 0.002}]
-    names = [each.name for each in making.distinguished([record("case2_tracking", 1.0, **each) for each in changes])]
+    names = [each.name for each in page.distinguished([record("case2_tracking", 1.0, **each) for each in changes])]
     assert [set(name.split(", ")) for name in names] == [
         {"sway_weight = 0.001", "seed = 0"},
         {"sway_weight = 0.001", "seed = 5"},

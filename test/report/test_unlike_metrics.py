@@ -12,7 +12,7 @@ from records import make_run
 from vessel_hsmc_ros.bags.reader import Bag, Event
 from vessel_hsmc_ros.core.metrics import Metrics, Run
 from vessel_hsmc_ros.report import Record, from_bag
-from vessel_hsmc_ros.report.making import read
+from vessel_hsmc_ros.report.page import read
 from vessel_hsmc_ros.report.record import Mark, measured, over_shared_interval
 from vessel_hsmc_ros.report.tables import metrics_table, parameter_tables, provenance_table, rows, text
 from vessel_hsmc_ros.scenario.scenario import load_scenario

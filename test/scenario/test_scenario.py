@@ -6,7 +6,7 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario, scenario_names, scenario_text
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from vessel_hsmc_ros.bags.mcap_contents import message_offsets
 from vessel_hsmc_ros.bags.topic_columns import read_definition
 from vessel_hsmc_ros.core.exceptions import BagError, VesselHsmcError
-from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 
 
 @pytest.mark.parametrize(

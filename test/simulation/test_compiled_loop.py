@@ -17,7 +17,7 @@ from vessel_hsmc_ros.simulation.compile import compilable_laws
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import InterpretedLoop
 from vessel_hsmc_ros.simulation.offline import ClosedLoop, simulate
-from vessel_hsmc_ros.studies.runs.batch import simulate_many, simulate_one
+from vessel_hsmc_ros.studies.batch import simulate_many, simulate_one
 
 SECONDS = 3.0
 GENTLE = {"controller.hierarchical_printed.yaw_reaching_gain": 5.0, "controller.hierarchical_printed.surge_reaching_gain": 5.0}

@@ -14,8 +14,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
-from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
-from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily
+from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily, expand
 
 STRANGER = expand(
     ShipFamily(

@@ -11,8 +11,7 @@ from mcap.writer import Writer
 
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.messages.topics import definition
-from vessel_hsmc_ros.studies.identification.types import Measurements, vessel
-from vessel_hsmc_ros.studies.identification.windows import simulated, windows
+from vessel_hsmc_ros.studies.identification.types import Measurements, simulated, vessel, windows
 
 ODOMETRY, WRENCH = "nav_msgs/msg/Odometry", "geometry_msgs/msg/WrenchStamped"
 EPOCH = 1_700_000_000

@@ -3,8 +3,7 @@
 import numpy as np
 
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.studies.identification.types import Measurements, vessel
-from vessel_hsmc_ros.studies.identification.windows import simulated, windows
+from vessel_hsmc_ros.studies.identification.types import Measurements, simulated, vessel, windows
 
 CYBERSHIP2 = {
     "surge_inertia": 25.8,

@@ -8,7 +8,7 @@ from fuzz_findings import Finding, decided
 
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.metrics import Metrics
-from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.studies.campaign.plan import KEYS, Campaign, Source
 
 DRAWS = 5

@@ -22,7 +22,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry
 from vessel_hsmc_ros.scenario.fault_script import parse_script
-from vessel_hsmc_ros.scenario.ros_yaml import read_text
+from vessel_hsmc_ros.scenario.parameters_file import read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.scenario.vessels import read_vessel

@@ -5,7 +5,7 @@ import math
 from vessel_hsmc_ros.scenario.own_ship import scenario_for
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.studies.runs.batch import simulate_one
+from vessel_hsmc_ros.studies.batch import simulate_one
 
 REST: dict[str, object] = {
     "controller.law": "guided",

@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.studies.identification.types import Measurements
-from vessel_hsmc_ros.studies.identification.windows import smooth
+from vessel_hsmc_ros.studies.identification.types import Measurements, smooth
 
 Array = NDArray[np.float64]
 

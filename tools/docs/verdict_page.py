@@ -4,8 +4,7 @@ import re
 import sys
 from pathlib import Path
 
-from vessel_hsmc_ros.studies.paper.cases import LAWS, PRINTED, REPAIRED, of_law
-from vessel_hsmc_ros.studies.paper.claims import Numbers, Results, claims_that_hold
+from vessel_hsmc_ros.studies.paper.cases import LAWS, PRINTED, REPAIRED, Numbers, Results, claims_that_hold, of_law
 from vessel_hsmc_ros.studies.paper.reproduction import load
 
 BLOCK = re.compile(r"(<!-- generated: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)

@@ -42,8 +42,7 @@ from vessel_hsmc_ros.messages.state_columns import ODOMETRY
 from vessel_hsmc_ros.messages.topics import EVENTS, RECORDED_TOPICS, RELAYED
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.parameters import NODES, declared
-from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters
-from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
 
 COMMAND = "cmd_wrench"

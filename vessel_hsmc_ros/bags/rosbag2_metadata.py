@@ -9,7 +9,7 @@ import yaml
 from mcap.records import Channel
 
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
 
 METADATA = "metadata.yaml"
 VERSION = 9  # version of metadata.yaml in Jazzy

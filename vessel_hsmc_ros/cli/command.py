@@ -55,7 +55,8 @@ GROUPS = {
 VERBS = {name: line for verbs in GROUPS.values() for name, line in verbs.items()}
 
 MODULES = {
-    **dict.fromkeys(("demo", "compare", "sweep"), "comparing"),
+    **dict.fromkeys(("demo", "compare", "sweep", "campaign", "reproduce"), "comparing"),
+    "forecast": "mission",
     **dict.fromkeys(("scenarios", "vessels", "parameters"), "listing"),
     **dict.fromkeys(("report", "replay", "recover"), "recordings"),
     **dict.fromkeys(("tune", "certify"), "gains"),

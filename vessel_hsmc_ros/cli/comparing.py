@@ -1,7 +1,11 @@
-"""The verbs that compare simulated runs: `demo`, `compare` and `sweep`."""
+"""The verbs that compare simulated runs: `demo`, `compare`, `sweep`, `campaign` and `reproduce`."""
 
+import datetime
+import shlex
 import sys
-from collections.abc import Sequence
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -9,8 +13,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vessel_hsmc_ros.cli.console import print_files, print_line, print_result, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import (
+    LINE_PERIODS,
+    print_files,
+    print_line,
+    print_result,
+    print_status,
+    print_table,
+    progress_bar,
+)
 from vessel_hsmc_ros.cli.options import (
+    file_option,
     interpreted_option,
     law_file_option,
     load_checked,
@@ -31,7 +44,8 @@ from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.studies.comparison import LawRun
-    from vessel_hsmc_ros.studies.runs.scenario_run import Result
+    from vessel_hsmc_ros.studies.paper.cases import Results
+    from vessel_hsmc_ros.studies.scenario_run import Result
 
 
 @click.command()
@@ -43,7 +57,7 @@ def demo(output: Path) -> None:
     and with the law guided. The command prints a table of the runs and writes a page that overlays them. Each run keeps a
     folder of its own with its recording. Two run at the same time where there are two cores. This takes a minute or two.
     """
-    from vessel_hsmc_ros.studies.runs.demonstration import DURATION, LAWS, SCENARIO, compare_bags, run_laws
+    from vessel_hsmc_ros.studies.scenario_run import DURATION, LAWS, SCENARIO, compare_bags, run_laws
 
     check_writable(output)
     with progress_bar(f"running {SCENARIO} with the laws {', '.join(LAWS)}", len(LAWS) * DURATION) as update:
@@ -239,3 +253,162 @@ def sweep(
             print_line(f"run {row['run']}: {row['failure']}")
     folder = make_run_folder(output, plan.name).path
     print_files(report.write_sweep(results, rows, folder))
+
+
+WINDOW = 30.0  # time over which the rate of the runs is measured, s
+RUN = "run"  # the verb that is left out in `vessel-hsmc campaign FILE`
+
+
+class CampaignGroup(click.Group):
+    """A group whose verb `run` may be left out."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Insert the verb where the first argument is none."""
+        if args and args[0] not in self.commands and args[0] not in ctx.help_option_names:
+            args = [RUN, *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group(cls=CampaignGroup)
+def campaign() -> None:
+    """Simulate a scenario thousands of times, with parameters drawn from distributions.
+
+    \b
+    vessel-hsmc campaign FILE.yaml      compute the runs; the same command goes on
+                                        with a campaign that was interrupted
+    vessel-hsmc campaign report FOLDER  a page with failures, quantiles, worst
+                                        runs and the parameters that matter
+    vessel-hsmc run --campaign FOLDER --run 48213
+                                        repeat one run by the ROS 2 nodes
+
+    docs/campaigns.md explains the format of FILE.
+    """  # noqa: D301 - the escape keeps click from joining the lines
+
+
+@campaign.command(RUN)
+@click.argument("file")
+@click.option("--output", type=click.Path(path_type=Path), help="Folder of the dataset [default: runs/<name of FILE>_campaign].")
+@click.option("--workers", type=click.IntRange(min=1), help="Number of processes on this machine [default: one per core].")
+@click.option(
+    "--scheduler", default="", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, whose workers compute."
+)
+@click.option("--runs", type=click.IntRange(min=1), help="Number of draws [default: that of FILE].")
+@click.option("--seed", type=click.IntRange(min=0), help="Seed of all random numbers [default: that of FILE].")
+@law_file_option
+def run_file(file: str, output: Path | None, workers: int | None, scheduler: str, runs: int | None, seed: int | None) -> None:
+    """Compute the runs of a campaign.
+
+    FILE is a YAML file, a campaign that comes with the package, or the folder of a campaign to go on with. The same command
+    again goes on with what is missing. Every run can be repeated from FILE and its number, whoever computed it.
+    """
+    if workers and scheduler:
+        raise click.UsageError("give --workers for this machine or --scheduler for a cluster, not both")
+    from vessel_hsmc_ros.studies.campaign.execute import default_folder, run_campaign  # imports the libraries of campaigns
+    from vessel_hsmc_ros.studies.campaign.plan import Campaign
+
+    plan = Campaign.load(file, runs, seed)
+    folder = output or (Path(file) if Path(file).is_dir() else default_folder(plan))
+    check_writable(folder)
+    for note in plan.notes:
+        print_status(note)
+    title = f"campaign {plan.name}"
+    with progress_bar(title, plan.runs, "runs") as update:
+        run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, seed=seed, on_progress=Pace(title, update))
+    print_line(f"{plan.runs} runs: {folder}")
+    print_line(f"for a page with failures and quantiles: vessel-hsmc campaign report {shlex.quote(str(folder))}")
+
+
+class Pace:
+    """Rate of the runs and the time left, from the runs of the last half minute."""
+
+    def __init__(self, title: str, update: Callable[..., None]) -> None:
+        self._title, self._update = title, update
+        self._recent: deque[tuple[float, float]] = deque()
+        self._printed = time.monotonic()
+
+    def __call__(self, done: float, total: int) -> None:
+        """Show that a number of all runs is done."""
+        now = time.monotonic()
+        self._recent.append((now, done))
+        while now - self._recent[0][0] > WINDOW:
+            self._recent.popleft()
+        since, before = self._recent[0]
+        if done <= before:
+            self._update(done)
+            return
+        rate = (done - before) / (now - since)
+        line = ""
+        if now > self._printed + LINE_PERIODS[1] and done < total:
+            left = datetime.timedelta(seconds=round((total - done) / rate))
+            line = f"{self._title}: {done:.0f} of {total} runs, {rate:.3g} runs/s, {left} left"
+            self._printed = now
+        self._update(done, line, note=f"{rate:.3g} runs/s")
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@file_option("Path of the page [default: report.html in FOLDER].")
+def report(folder: Path, output: Path | None) -> None:
+    """Make a page from the results of a campaign, complete or not.
+
+    It shows failures with the interval of their probability, distributions and quantiles of the metrics, the laws on the same
+    draws, which parameters matter, and the worst runs with the commands that repeat them. Its diagrams are saved as PNG files in
+    figures/ beside the page, too.
+    """
+    from vessel_hsmc_ros.studies.campaign.report import make_report  # imports the libraries of campaigns
+
+    words, files = make_report(folder, output)
+    for sentence in words:
+        print_line(sentence)
+    print_files(files)
+
+
+campaign.add_command(report)
+
+
+@click.command()
+@interpreted_option
+@click.option("--ros", is_flag=True, help="Run the cases by ROS 2 nodes where possible: same results, but slower.")
+@click.option(
+    "--output", type=click.Path(path_type=Path, file_okay=False), help="Folder of the results [default: a new one in runs]."
+)
+def reproduce(ros: bool, output: Path | None) -> None:
+    """Repeat every case and figure of the paper.
+
+    Runs its law as printed (hierarchical_printed) and repaired (hierarchical), compares the paper's claims with the results of
+    both, and writes figures, claims.md and results.json.
+
+    Takes one to two minutes on two cores; with --ros, about fifteen. A claim that does not hold is a result, not an error.
+    """
+    from vessel_hsmc_ros.studies.paper import reproduction  # imports the libraries of figures
+    from vessel_hsmc_ros.studies.paper.cases import CASES
+
+    folder = output or make_run_folder(Path("runs"), "reproduce").path
+    check_writable(folder)
+    nodes = make_run_folder(folder, "nodes").path if ros else None
+    with progress_bar(f"running {len(CASES)} cases", sum(map(reproduction.duration_of, CASES))) as update:
+        results = reproduction.run_cases(CASES, nodes, update)
+    print_status("drawing the figures ...")
+    numbers = reproduction.write(results, folder)
+    print_tables(numbers)
+    print_line(f"figures, claims.md, results.json: {folder}")
+
+
+def print_tables(results: "Results") -> None:
+    """Print the paper's claims and the prototype's findings with the results; in yellow what fails for the repaired law."""
+    from vessel_hsmc_ros.studies.paper import cases
+
+    own = cases.of_law(cases.REPAIRED, results)
+    claims = [highlighted(cases.claim_row(claim, results), claim.holds(own)) for claim in cases.CLAIMS]
+    print_table(["where", "the paper's claim", *cases.LAWS.values()], claims, title="Claims", text_columns=4)
+    findings = [highlighted(cases.finding_row(finding, results)[:4], finding.agrees(results)) for finding in cases.FINDINGS]
+    print_table(["what", "prototype", "here", "ratio"], findings, title="Results of an independent prototype, and ours")
+    for law in cases.LAWS:
+        print_line(cases.claims_that_hold(law, results))
+    print_line("the measured values are in claims.md")
+
+
+def highlighted(row: tuple[str, ...], agrees: bool) -> tuple[str, ...]:
+    """The cells of a row for the terminal, in yellow unless it agrees."""
+    cells = tuple(cell.strip("*") for cell in row)
+    return cells if agrees else tuple(f"[yellow]{cell}[/]" for cell in cells)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from rich.console import Console, JustifyMethod
 
-    from vessel_hsmc_ros.studies.runs.scenario_run import Result
+    from vessel_hsmc_ros.studies.scenario_run import Result
 
 PLAIN: Any = {"markup": False, "highlight": False, "soft_wrap": True}
 """Options of `Console.print` for text that may contain paths, brackets and numbers: printed as it is, never wrapped."""

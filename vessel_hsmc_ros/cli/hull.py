@@ -17,8 +17,7 @@ from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, Param
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.own_ship import ship_of
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, tree
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml, tree
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 if TYPE_CHECKING:
     from vessel_hsmc_ros.core.metrics import Run
     from vessel_hsmc_ros.plant.dynamics import ShipParameters
-    from vessel_hsmc_ros.studies.identification.excitation import Step
+    from vessel_hsmc_ros.scenario.ship_rules import Step
 if TYPE_CHECKING:
     from vessel_hsmc_ros.scenario.vessels import LibraryVessel
     from vessel_hsmc_ros.studies.identification.page import HeldOut
@@ -116,8 +115,8 @@ def excite(ship: str, output: Path | None) -> None:
     moment without feedback. Simulate it, or sail it with your own boat and record a bag, and pass the bag to
     `vessel-hsmc identify`. The command prints the manoeuvres and the space that they need.
     """
+    from vessel_hsmc_ros.scenario.ship_rules import excitation, scenario_text
     from vessel_hsmc_ros.simulation.offline import simulate
-    from vessel_hsmc_ros.studies.identification.excitation import excitation, scenario_text
 
     data, section = _ship(ship)
     scale = scale_of(data)
@@ -174,7 +173,7 @@ def _is_vessel_file(path: Path) -> bool:
 
 def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:
     """A row for each manoeuvre: its inputs, and what the present data predict."""
-    from vessel_hsmc_ros.studies.identification.excitation import manoeuvres, starts
+    from vessel_hsmc_ros.scenario.ship_rules import manoeuvres, starts
 
     times, rows = starts(steps), []
     for first, last in manoeuvres(steps):
@@ -316,7 +315,7 @@ def _judged(
     from vessel_hsmc_ros.core import schema
     from vessel_hsmc_ros.scenario.own_ship import ship_of
     from vessel_hsmc_ros.studies.identification.page import HeldOut, steady_load
-    from vessel_hsmc_ros.studies.identification.windows import predict
+    from vessel_hsmc_ros.studies.identification.types import predict
 
     before = schema.flatten(ship_of(start.values)) if start else {}
     hull = {name: float(before[name]) for name in found.values if name in before}  # type: ignore[arg-type]

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.cli.console import print_error, print_line, print_warning
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.install_paths import missing_module
 from vessel_hsmc_ros.scenario.law_file import OPTION, load_law_file
-from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, read_changes, scenario_names
 from vessel_hsmc_ros.scenario.warnings import check_effects, check_scenario
 from vessel_hsmc_ros.simulation import compilation
@@ -25,7 +25,7 @@ from vessel_hsmc_ros.simulation import compilation
 if TYPE_CHECKING:
     from vessel_hsmc_ros.nodes.remote import Remote
     from vessel_hsmc_ros.studies.campaign.dataset import Row
-    from vessel_hsmc_ros.studies.runs.scenario_run import Result
+    from vessel_hsmc_ros.studies.scenario_run import Result
 
 
 def complete_scenario(_context: click.Context, _argument: click.Parameter, typed: str) -> list[CompletionItem]:

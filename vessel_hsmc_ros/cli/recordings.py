@@ -30,7 +30,7 @@ from vessel_hsmc_ros.nodes.ros_environment import check_ros
 
 if TYPE_CHECKING:  # what reads bags takes a while to import
     from vessel_hsmc_ros.bags.reader import Bag
-    from vessel_hsmc_ros.studies.runs.verification import Verification
+    from vessel_hsmc_ros.studies.verification import Verification
 
 
 @click.command()
@@ -54,7 +54,7 @@ def report(
     NAME_report.html beside it.
     """
     from vessel_hsmc_ros.report import rows  # imports the report's libraries
-    from vessel_hsmc_ros.report.making import Options, make
+    from vessel_hsmc_ros.report.page import Options, make
 
     hull = schema.build(DrawnHull, {"length": hull_length or 0.0, "beam": hull_beam or 0.0}, "hull")
     made = make(bags, Options(page=output, hull=hull, **options))
@@ -124,7 +124,7 @@ def replay(
 
 
 def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
-    from vessel_hsmc_ros.studies.runs.verification import parameter_changes, verify, version_note
+    from vessel_hsmc_ros.studies.verification import parameter_changes, verify, version_note
 
     scenario = bag.scenario(parse_changes(edits), namespace=bag.namespace(namespace))
     with Console(stderr=True).status("recomputing every command"):
@@ -159,7 +159,7 @@ def verdict(result: Verification) -> list[str]:
 
 
 def _rerun(bag: Bag, changes: tuple[str, ...], namespace: str | None, output: Path) -> None:
-    from vessel_hsmc_ros.studies.runs.verification import rerun
+    from vessel_hsmc_ros.studies.verification import rerun
 
     with Console(stderr=True).status("running the scenario again"):
         made = rerun(bag, parse_changes(changes, "--with"), namespace, output)

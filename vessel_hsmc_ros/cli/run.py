@@ -27,11 +27,10 @@ from vessel_hsmc_ros.cli.options import (
     vessel_option,
 )
 from vessel_hsmc_ros.scenario.fault_script import load_script
-from vessel_hsmc_ros.scenario.fleet import MAX_VESSELS, SPACING, make_fleet
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
-from vessel_hsmc_ros.scenario.scenario import check_script, for_nodes
-from vessel_hsmc_ros.studies.runs import scenario_run
-from vessel_hsmc_ros.studies.runs.scenario_run import reserve_namespaces, run_fleet
+from vessel_hsmc_ros.scenario.scenario import MAX_VESSELS, SPACING, check_script, for_nodes, make_fleet
+from vessel_hsmc_ros.studies import scenario_run
+from vessel_hsmc_ros.studies.scenario_run import reserve_namespaces, run_fleet
 
 if TYPE_CHECKING:
     from collections.abc import Callable

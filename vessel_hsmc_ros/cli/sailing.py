@@ -13,8 +13,7 @@ from vessel_hsmc_ros.cli.console import print_line, progress_bar
 from vessel_hsmc_ros.cli.options import parse_changes, running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
 from vessel_hsmc_ros.core.quantities import number_of
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.nodes.remote import Progress, Result

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.cli.options import (
 )
 from vessel_hsmc_ros.scenario.run_folder import check_writable
 from vessel_hsmc_ros.scenario.warnings import check_goals
-from vessel_hsmc_ros.studies.runs import scenario_run
+from vessel_hsmc_ros.studies import scenario_run
 
 
 @click.command()

@@ -17,8 +17,7 @@ from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
 from vessel_hsmc_ros.nodes.rclpy_parts import overrides
 from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
-from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters
-from vessel_hsmc_ros.scenario.ros_yaml import read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters, read_yaml
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 from vessel_hsmc_ros.scenario.warnings import ineffective, not_in_use
 

@@ -9,8 +9,7 @@ import yaml
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.faults import KINDS, Fault, FaultScript, check_settings
-from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line, read_text, read_yaml
 
 
 def parse_script(text: str, source: str) -> FaultScript:

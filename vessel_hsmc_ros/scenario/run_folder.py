@@ -14,7 +14,7 @@ from typing import Any
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.scenario.law_file import law_provenance
-from vessel_hsmc_ros.scenario.ros_yaml import read_text
+from vessel_hsmc_ros.scenario.parameters_file import read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 

@@ -41,8 +41,7 @@ from vessel_hsmc_ros.core.metrics import Run, position_error, rms, summarise
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 

@@ -23,8 +23,7 @@ from vessel_hsmc_ros.core.schema import Entry, Value, shown, suggestion
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force, derivative, largest_gain
 from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
-from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line, read_text, read_yaml
 
 ACTUATORS = "actuators."  # prefix of the plant's actuators
 PAPERS_SHIP = "paper_ship"

@@ -17,8 +17,8 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, SERIES, figure
-from vessel_hsmc_ros.report.making import Options, read
-from vessel_hsmc_ros.report.making import write as write_report
+from vessel_hsmc_ros.report.page import Options, read
+from vessel_hsmc_ros.report.page import write_files as write_report
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.record import bounds, planned
 from vessel_hsmc_ros.report.tables import metrics_table
@@ -27,7 +27,7 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.runs import batch
+from vessel_hsmc_ros.studies import batch
 
 FALLBACK_RATE_HZ = 100.0  # rate of a law that is unstable at the requested one; the notes of the comparison mention it
 POINTS = 3000  # approximate number of points of a line in a figure

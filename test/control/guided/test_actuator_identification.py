@@ -25,8 +25,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
-from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily
+from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily, expand
 
 UNDECLARED = KnownVessel()
 T = unit_time(UNDECLARED)

@@ -21,7 +21,7 @@ from vessel_hsmc_ros.nodes.runs import processes
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
-from vessel_hsmc_ros.studies.runs import scenario_run
+from vessel_hsmc_ros.studies import scenario_run
 
 supervisor: Any = pytest.importorskip("vessel_hsmc_ros.nodes.runs.supervisor", reason="ROS is not installed")
 

@@ -7,7 +7,7 @@ from multiprocessing.synchronize import Barrier
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError
-from vessel_hsmc_ros.studies.runs import scenario_run
+from vessel_hsmc_ros.studies import scenario_run
 
 supervisor = pytest.importorskip("vessel_hsmc_ros.nodes.runs.supervisor", reason="ROS is not installed")
 

@@ -13,10 +13,9 @@ from durations import rest_long
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.studies.batch import simulate_one
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.ship_expansion import expand, ship_of
-from vessel_hsmc_ros.studies.campaign.ship_family import KNOWLEDGE, REFERENCES, ShipFamily
-from vessel_hsmc_ros.studies.runs.batch import simulate_one
+from vessel_hsmc_ros.studies.campaign.ship_family import KNOWLEDGE, REFERENCES, ShipFamily, expand, ship_of
 
 DELAYED = ShipFamily(
     has_lag=True, has_rate=True, has_dead_time=True, coupled=True, percussion_point=0.03, declares_lag=True, declared_lag=0.5,

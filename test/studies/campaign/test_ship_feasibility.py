@@ -12,8 +12,7 @@ from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.ship_expansion import expand
-from vessel_hsmc_ros.studies.campaign.ship_family import REFERENCES, ShipFamily
+from vessel_hsmc_ros.studies.campaign.ship_family import REFERENCES, ShipFamily, expand
 from vessel_hsmc_ros.studies.feasibility import Demand, demand, exceeded, infeasible
 
 WINDY = ShipFamily(

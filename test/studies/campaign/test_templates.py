@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from vessel_hsmc_ros.studies.batch import simulate_one
 from vessel_hsmc_ros.studies.campaign.plan import Campaign, campaign_names
-from vessel_hsmc_ros.studies.runs.batch import simulate_one
 
 pytestmark = pytest.mark.parametrize("name", campaign_names())
 

@@ -9,8 +9,8 @@ from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
+from vessel_hsmc_ros.studies.batch import simulate_many
 from vessel_hsmc_ros.studies.margins import PHASE_MARGIN_DEG, ship_about, shortcomings, study
-from vessel_hsmc_ros.studies.runs.batch import simulate_many
 
 INPUTS = ("surge", "yaw")
 LAW, PLANT = "controller.vessel", "vessel_sim.actuators"

@@ -9,7 +9,7 @@ import pytest
 
 from vessel_hsmc_ros.bags.run_to_bag import write_bag
 from vessel_hsmc_ros.core.exceptions import InstallationError
-from vessel_hsmc_ros.report import making
+from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import KEYS, load_suite
 from vessel_hsmc_ros.simulation.offline import ClosedLoop, simulate
@@ -45,7 +45,7 @@ def test_data_frames_have_the_columns_of_the_exported_tables() -> None:
     changes = {"vessel_sim.duration": 1.0, "vessel_sim.rate_hz": 100.0}
     run = simulate(load_scenario("realistic", changes))
     motion, control = run.to_dataframe(), run.control_dataframe()
-    tables = making.tables(run)
+    tables = page.tables(run)
     assert ["time", *motion.columns] == list(tables["motion"])
     assert {"time", *control.columns} == set(tables["control"])
     np.testing.assert_array_equal(motion.index, run.time)

@@ -17,15 +17,15 @@ from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.nodes.runs.processes import spread
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.diagrams import spans
-from vessel_hsmc_ros.report.making import WrittenFiles
+from vessel_hsmc_ros.report.page import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict
 from vessel_hsmc_ros.studies import comparison
+from vessel_hsmc_ros.studies.batch import thinned
 from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, measure
-from vessel_hsmc_ros.studies.runs.batch import thinned
-from vessel_hsmc_ros.studies.runs.demonstration import conclusions
+from vessel_hsmc_ros.studies.scenario_run import conclusions
 
 Array = NDArray[Any]
 

@@ -11,8 +11,7 @@ from otter_runs import OTTER, otter
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.studies.identification.estimate import identify
 from vessel_hsmc_ros.studies.identification.measurements import few_reversals, reversals
-from vessel_hsmc_ros.studies.identification.types import DELAY, DIAGONAL_INERTIA, Identified, Measurements, model
-from vessel_hsmc_ros.studies.identification.windows import windows
+from vessel_hsmc_ros.studies.identification.types import DELAY, DIAGONAL_INERTIA, Identified, Measurements, model, windows
 
 
 @cache

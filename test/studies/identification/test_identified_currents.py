@@ -10,8 +10,7 @@ from otter_runs import OTTER, otter
 
 from vessel_hsmc_ros.studies.identification.estimate import identify
 from vessel_hsmc_ros.studies.identification.page import HeldOut, explanations, parameters_table, steady_load, towards
-from vessel_hsmc_ros.studies.identification.types import DIAGONAL_INERTIA, Identified, model
-from vessel_hsmc_ros.studies.identification.windows import WINDOW, predict
+from vessel_hsmc_ros.studies.identification.types import DIAGONAL_INERTIA, WINDOW, Identified, model, predict
 
 currents = st.builds(
     lambda speed, direction: (speed * math.cos(direction), speed * math.sin(direction)),

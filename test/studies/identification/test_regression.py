@@ -7,8 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.plant.dynamics import derivative
 from vessel_hsmc_ros.studies.identification.regression import columns, input_size, least_known, regressors, strong_correlations
-from vessel_hsmc_ros.studies.identification.types import DELAY, GAINS, HULL, OFFSETS, Measurements, vessel
-from vessel_hsmc_ros.studies.identification.windows import Smoothed
+from vessel_hsmc_ros.studies.identification.types import DELAY, GAINS, HULL, OFFSETS, Measurements, Smoothed, vessel
 
 CALM = (0.0, 0.0, 0.0)
 

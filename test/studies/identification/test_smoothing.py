@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.studies.identification.types import Measurements
-from vessel_hsmc_ros.studies.identification.windows import smooth
+from vessel_hsmc_ros.studies.identification.types import Measurements, smooth
 
 TIME = np.arange(0.0, 200.0, 0.1)
 

@@ -5,8 +5,7 @@ import pytest
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.studies.identification.page import steady_load, towards
-from vessel_hsmc_ros.studies.identification.types import Measurements
-from vessel_hsmc_ros.studies.identification.windows import simulated, unrolled, windows
+from vessel_hsmc_ros.studies.identification.types import Measurements, simulated, unrolled, windows
 from vessel_sim_node.plant import VesselParameters
 
 SHIP = VesselParameters()

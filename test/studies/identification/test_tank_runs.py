@@ -4,8 +4,7 @@ import pytest
 from tank_runs import GEOMETRY, HELD_OUT, OFFSET, PUBLISHED, USED, calibrated, tank_run
 
 from vessel_hsmc_ros.studies.identification.estimate import identify
-from vessel_hsmc_ros.studies.identification.types import Identified, model
-from vessel_hsmc_ros.studies.identification.windows import predict
+from vessel_hsmc_ros.studies.identification.types import Identified, model, predict
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.studies.identification import regression
-from vessel_hsmc_ros.studies.identification.windows import Windows
+from vessel_hsmc_ros.studies.identification.types import Windows
 
 DRAWS = 100
 

@@ -9,8 +9,7 @@ import pytest
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.simulation.compilation import DISABLED
-from vessel_hsmc_ros.studies.identification.types import Measurements
-from vessel_hsmc_ros.studies.identification.windows import simulated, windows
+from vessel_hsmc_ros.studies.identification.types import Measurements, simulated, windows
 
 SHIP = VesselParameters().coefficients()
 TIME = np.arange(0.0, 2.0, 0.1)

@@ -9,9 +9,18 @@ from scipy.optimize import brentq, fsolve
 
 from vessel_hsmc_ros.plant.dynamics import derivative
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.manoeuvres.metrics import METRICS, track_of
 from vessel_hsmc_ros.studies.manoeuvres.page import UNITS
-from vessel_hsmc_ros.studies.manoeuvres.run import PLANS, Manoeuvre, Ship, in_still_water, perform, scenario_of, ship_of
+from vessel_hsmc_ros.studies.manoeuvres.run import (
+    METRICS,
+    PLANS,
+    Manoeuvre,
+    Ship,
+    in_still_water,
+    perform,
+    scenario_of,
+    ship_of,
+    track_of,
+)
 
 FORCE, MOMENT, LENGTH = 600.0, 300.0, 5.0
 HULL = {

@@ -11,8 +11,8 @@ from records import make_run
 
 from vessel_hsmc_ros.control.laws.manoeuvre import ManoeuvreParameters
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED
-from vessel_hsmc_ros.studies.manoeuvres import metrics, page, run
-from vessel_hsmc_ros.studies.manoeuvres.metrics import Track, track_of
+from vessel_hsmc_ros.studies.manoeuvres import page, run
+from vessel_hsmc_ros.studies.manoeuvres.run import Track, track_of
 
 ANGLES = np.radians([0.0, 45.0, 90.0, 180.0, 270.0, 360.0, 400.0])
 
@@ -38,7 +38,7 @@ def test_a_turn_is_measured_at_its_own_angles() -> None:
         r=[0.0, 0.2, 0.4, 0.3, 0.2, 0.2, 0.25],
     )
     speed = math.hypot(3.0, 0.75)
-    assert metrics.turning_circle(track, settings()) == pytest.approx(
+    assert run.turning_circle(track, settings()) == pytest.approx(
         {
             "advance": 55.0,
             "transfer": 21.0,
@@ -63,7 +63,7 @@ def test_a_zigzag_is_measured_from_each_execute() -> None:
         turned=np.radians(degrees),
         command=[1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0],
     )
-    assert metrics.zigzag(track, settings(kind="zigzag", switch_heading_deg=10.0)) == pytest.approx(
+    assert run.zigzag(track, settings(kind="zigzag", switch_heading_deg=10.0)) == pytest.approx(
         {
             "first_overshoot": 4.0,
             "second_overshoot": 12.0,
@@ -81,12 +81,12 @@ def test_a_spiral_has_its_loop_its_rest_and_its_largest_rate() -> None:
     rates = np.radians([3.0, 2.0, 1.0, -1.0, -4.5, -3.0, -1.5, 0.5, 2.5])
     track = drawn(time=np.arange(1.0, 10.0), r=rates)
     given = settings(kind="spiral", steps=5, hold_time=1.0, rudder_deg=20.0)
-    assert metrics.spiral_curve(track, given) == pytest.approx(
+    assert run.spiral_curve(track, given) == pytest.approx(
         np.column_stack([[20.0, 10.0, 0.0, -10.0, -20.0, -10.0, 0.0, 10.0, 20.0], np.degrees(rates)])
     )
     # Zero at -5° on the way out and at 7.5° on the way back.
     expected = {"loop_width": 12.5, "residual_yaw_rate": 1.5, "largest_yaw_rate": 4.5}
-    assert metrics.spiral(track, given) == pytest.approx(expected)
+    assert run.spiral(track, given) == pytest.approx(expected)
 
 
 def test_a_crash_stop_is_measured_where_the_ship_stops() -> None:
@@ -98,15 +98,15 @@ def test_a_crash_stop_is_measured_where_the_ship_stops() -> None:
     )
     reach = 10.0 + 5.0 + 0.5 * math.hypot(2.0, 2.0)
     expected = {"track_reach": reach, "head_reach": 11.0, "side_reach": 12.0, "stopping_time": 7.0}
-    assert metrics.crash_stop(track, settings()) == pytest.approx(expected)
+    assert run.crash_stop(track, settings()) == pytest.approx(expected)
 
 
 def test_speed_runs_and_bollard_pull_are_measured_at_their_ends() -> None:
     track = drawn(time=np.arange(1.0, 9.0), u=[0.5, 1.0, 1.5, 1.8, 2.1, 2.2, 2.6, 2.9], force=[0, 10, 20, 70, 90, 98, 99, 100])
-    run = settings(kind="speed_run", steps=4, hold_time=2.0)
-    assert metrics.speed_curve(track, run) == pytest.approx(np.array([[0.25, 1.0], [0.5, 1.8], [0.75, 2.2], [1.0, 2.9]]))
-    assert metrics.speed_run(track, run) == pytest.approx({"top_speed": 2.9, "half_force_speed": 1.8})
-    assert metrics.bollard_pull(track, settings()) == pytest.approx({"bollard_pull": 100.0, "force_rise_time": 5.0 + 5.0 / 8.0})
+    given = settings(kind="speed_run", steps=4, hold_time=2.0)
+    assert run.speed_curve(track, given) == pytest.approx(np.array([[0.25, 1.0], [0.5, 1.8], [0.75, 2.2], [1.0, 2.9]]))
+    assert run.speed_run(track, given) == pytest.approx({"top_speed": 2.9, "half_force_speed": 1.8})
+    assert run.bollard_pull(track, settings()) == pytest.approx({"bollard_pull": 100.0, "force_rise_time": 5.0 + 5.0 / 8.0})
 
 
 @pytest.mark.parametrize(("side", "sign"), [("port", 1.0), ("starboard", -1.0)])

@@ -13,8 +13,7 @@ from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrinte
 from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.studies.paper import reproduction
-from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED
-from vessel_hsmc_ros.studies.paper.claims import Check, Claim, Finding, Numbers
+from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, Check, Claim, Finding, Numbers
 from vessel_hsmc_ros.studies.paper.measure import Repaired, growth_rate, measure
 
 VESSEL = replace(VesselParameters(), surge_damping_quadratic=7.0, surge_damping_cubic=3.0).coefficients()

@@ -5,8 +5,23 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, PREFIX, PRINTED, PRINTED_CASES, REPAIRED, REPAIRED_CASES, of_law
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, Check, Claim, Numbers, claims_page, formatted
+from vessel_hsmc_ros.studies.paper.cases import (
+    CASES,
+    CLAIMS,
+    FINDINGS,
+    LAWS,
+    PREFIX,
+    PRINTED,
+    PRINTED_CASES,
+    REPAIRED,
+    REPAIRED_CASES,
+    Check,
+    Claim,
+    Numbers,
+    claims_page,
+    formatted,
+    of_law,
+)
 
 NAMES = {case.name for case in PRINTED_CASES}
 FIELDS = {field.name for field in dataclasses.fields(Numbers)}

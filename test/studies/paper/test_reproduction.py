@@ -10,11 +10,10 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import RunError, SimulationError
 from vessel_hsmc_ros.simulation.compilation import DISABLED
+from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.paper import reproduction
-from vessel_hsmc_ros.studies.paper.cases import CASES
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS
+from vessel_hsmc_ros.studies.paper.cases import CASES, CLAIMS
 from vessel_hsmc_ros.studies.paper.measure import CaseResult
-from vessel_hsmc_ros.studies.runs import batch
 
 DURATION = 2.0
 SHORT = [dataclasses.replace(case, changes={**case.changes, "vessel_sim.duration": DURATION}) for case in CASES]

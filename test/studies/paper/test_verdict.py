@@ -10,10 +10,19 @@ from typing import Any
 import pytest
 from verdict_page import with_results
 
+from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.paper import reproduction
-from vessel_hsmc_ros.studies.paper.cases import CASES, PREFIX, PRINTED, REPAIRED, course_learning, of_law
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS, Numbers, claims_page
-from vessel_hsmc_ros.studies.runs import batch
+from vessel_hsmc_ros.studies.paper.cases import (
+    CASES,
+    CLAIMS,
+    PREFIX,
+    PRINTED,
+    REPAIRED,
+    Numbers,
+    claims_page,
+    course_learning,
+    of_law,
+)
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGES = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("verdict", "printed_law")}

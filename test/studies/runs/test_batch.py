@@ -6,7 +6,7 @@ import pytest
 
 from vessel_hsmc_ros import load_scenario
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.runs.batch import AHEAD, Outcome, simulate_many, stream
+from vessel_hsmc_ros.studies.batch import AHEAD, Outcome, simulate_many, stream
 
 
 def scenarios(count: int, **changes: object) -> list[Scenario]:

@@ -13,8 +13,8 @@ from unrendered import leave_unrendered
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
-from vessel_hsmc_ros.studies.runs import demonstration
-from vessel_hsmc_ros.studies.runs.demonstration import compare_bags, conclusions, run_laws
+from vessel_hsmc_ros.studies import scenario_run
+from vessel_hsmc_ros.studies.scenario_run import compare_bags, conclusions, run_laws
 
 
 def approaching(name: str, final_distance: float, force: float = 1.0) -> Record:
@@ -77,10 +77,10 @@ def test_runs_at_the_same_time_have_domains_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, domains: str, workers: int | None
 ) -> None:
     given: list[Any] = []
-    monkeypatch.setattr(demonstration, "free_domains", lambda _: nullcontext(list(domains)))
-    monkeypatch.setattr(demonstration, "run_all", lambda _, tasks, **options: given.extend((tasks, options["workers"])))
+    monkeypatch.setattr(scenario_run, "free_domains", lambda _: nullcontext(list(domains)))
+    monkeypatch.setattr(scenario_run, "run_all", lambda _, tasks, **options: given.extend((tasks, options["workers"])))
     run_laws(tmp_path, lambda _: None, lambda _: None)
     tasks, number = given
     assert number == workers
-    assert [task.law for task in tasks] == list(demonstration.LAWS)
+    assert [task.law for task in tasks] == list(scenario_run.LAWS)
     assert {task.domain for task in tasks} == set(domains)

@@ -13,13 +13,11 @@ from records import make_run
 from vessel_hsmc_ros.control.loop.linearised_law import Margins
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.guidance.curve_motion import Demand
-from vessel_hsmc_ros.scenario.fleet import make_fleet
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies import margins
+from vessel_hsmc_ros.scenario.scenario import load_scenario, make_fleet
+from vessel_hsmc_ros.studies import feasibility, margins, scenario_run
 from vessel_hsmc_ros.studies.manoeuvres.run import in_still_water
 from vessel_hsmc_ros.studies.margins import Need
-from vessel_hsmc_ros.studies.runs import scenario_run, ship_check
 
 RATE = margins.RATE_HZ
 
@@ -109,10 +107,10 @@ def test_a_ship_is_checked_by_the_ends_of_its_own_runs(monkeypatch: pytest.Monke
         moments.append(moment)
         return moving(1.5, -2.0, -0.125) if moment else moving(3.0, 4.0, 0.0)
 
-    monkeypatch.setattr(ship_check, "steady", steady)
-    monkeypatch.setattr(ship_check, "demand", lambda *_: Demand(0.1, 20.0, 100.0))
-    monkeypatch.setattr(ship_check, "simulate", lambda _: make_run(time, tracked, reference=reference))
-    found = ship_check.check_ship(scenario)
+    monkeypatch.setattr(feasibility, "steady", steady)
+    monkeypatch.setattr("vessel_hsmc_ros.guidance.curve_motion.demand", lambda *_: Demand(0.1, 20.0, 100.0))
+    monkeypatch.setattr(feasibility, "simulate", lambda _: make_run(time, tracked, reference=reference))
+    found = feasibility.check_ship(scenario)
     assert moments == [0.0, 400.0]
     expected = {
         "speed": 5.0,
@@ -129,7 +127,7 @@ def test_a_ship_is_checked_by_the_ends_of_its_own_runs(monkeypatch: pytest.Monke
     assert {name: getattr(found, name) for name in expected} == pytest.approx(expected)
     assert found._replace(error_lengths=0.074).tracked  # within three standard deviations of the noise
     assert not found._replace(error_lengths=0.076).tracked
-    lines = ship_check.verdict(found._replace(fastest=4.5))
+    lines = feasibility.verdict(found._replace(fastest=4.5))
     assert lines == [
         "full surge force: 5 m/s, beyond 4.5 m/s, up to which its hull data hold; with the full yaw moment a turning circle of"
         " 40 m at -7.16°/s",

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.bags.run_to_bag import write_bag
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
 from vessel_hsmc_ros.studies.identification.measurements import from_bag
-from vessel_hsmc_ros.studies.runs.verification import verify
+from vessel_hsmc_ros.studies.verification import verify
 
 DURATION = 4.0
 RATES = {f"{node}.rate_hz": 20.0 for node in ("vessel_sim", "reference_ship", "controller")}

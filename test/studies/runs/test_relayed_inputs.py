@@ -11,7 +11,7 @@ from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.runs.verification import verify
+from vessel_hsmc_ros.studies.verification import verify
 
 STEPS = 12
 

@@ -16,8 +16,8 @@ from vessel_hsmc_ros.core.metrics import Metrics, Run, evaluate
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.runs import verification
-from vessel_hsmc_ros.studies.runs.verification import Rerun, rerun
+from vessel_hsmc_ros.studies import verification
+from vessel_hsmc_ros.studies.verification import Rerun, rerun
 
 CHANGE = {"controller.law": "guided"}
 

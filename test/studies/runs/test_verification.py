@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
-from vessel_hsmc_ros.studies.runs.verification import parameter_changes, verify, version_note
+from vessel_hsmc_ros.studies.verification import parameter_changes, verify, version_note
 
 STEPS = 300
 NAMES = ("odom", "reference", "cmd_wrench", "applied_wrench", "disturbance")

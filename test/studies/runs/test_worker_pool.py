@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
-from vessel_hsmc_ros.studies.runs.batch import run_all
+from vessel_hsmc_ros.studies.batch import run_all
 
 Progress = Callable[[float], None]
 

@@ -8,7 +8,7 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.runs.batch import Outcome
+from vessel_hsmc_ros.studies.batch import Outcome
 from vessel_hsmc_ros.studies.tuning.plan import AGGREGATES, ERROR, FLOOR, Case, Cost, Objective, chosen_objective
 
 METRICS = Metrics(*[1.0] * 10)

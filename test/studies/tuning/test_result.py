@@ -10,7 +10,7 @@ import pytest
 
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.studies.runs.batch import Outcome
+from vessel_hsmc_ros.studies.batch import Outcome
 from vessel_hsmc_ros.studies.tuning.files import MAX_LISTED_RUNS, _cases, summary
 from vessel_hsmc_ros.studies.tuning.plan import (
     Case,

@@ -11,7 +11,7 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.studies.runs.batch import Outcome
+from vessel_hsmc_ros.studies.batch import Outcome
 from vessel_hsmc_ros.studies.tuning.plan import Case, Gain, Objective, Tuning
 from vessel_hsmc_ros.studies.tuning.result import Search, Trial, open_study
 

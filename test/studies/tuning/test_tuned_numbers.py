@@ -13,7 +13,7 @@ import yaml
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.report.tables import text
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.runs.batch import Outcome
+from vessel_hsmc_ros.studies.batch import Outcome
 from vessel_hsmc_ros.studies.tuning import files
 from vessel_hsmc_ros.studies.tuning.plan import PENALTY, Case, Cost, Evaluation, Gain, Objective, Tuning, load_cases
 from vessel_hsmc_ros.studies.tuning.result import Result, Trial, best_of, front_of, verdict

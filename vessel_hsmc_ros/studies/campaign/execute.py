@@ -24,11 +24,11 @@ from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
+from vessel_hsmc_ros.studies import batch
+from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, differences, opened, versions, write_file, write_table
 from vessel_hsmc_ros.studies.campaign.plan import Campaign, Source
 from vessel_hsmc_ros.studies.feasibility import infeasible
-from vessel_hsmc_ros.studies.runs import batch
-from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 
 @lru_cache(maxsize=4)

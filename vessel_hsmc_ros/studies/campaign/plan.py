@@ -25,12 +25,10 @@ from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, Scena
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.law_file import law_provenance
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_text
 from vessel_hsmc_ros.studies.campaign.distributions import METHODS, Drawn, Grid, make_drawn, noise_seed, parse_axis, point
-from vessel_hsmc_ros.studies.campaign.ship_expansion import resolved
-from vessel_hsmc_ros.studies.campaign.ship_family import SHIP
+from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, resolved
 
 LAW = "controller.law"
 

@@ -27,25 +27,23 @@ from vessel_hsmc_ros.studies.identification.types import (
     OFFSETS,
     PAPER,
     POSITIVE,
+    WINDOW,
     Current,
     Identified,
     Measurements,
     Model,
+    Smoothed,
     Unknowns,
+    Windows,
     current_names,
     currents,
-    inputs,
-    unknowns,
-    vessel,
-)
-from vessel_hsmc_ros.studies.identification.windows import (
-    WINDOW,
-    Smoothed,
-    Windows,
+    inputs_of,
     predict,
     simulated,
     smooth,
+    unknowns,
     unrolled,
+    vessel,
     windows,
 )
 
@@ -77,7 +75,7 @@ class Shooting:
     def states(self, vector: Array, starts: Array) -> Array:
         """The simulated motion, (w, k, 6); infinite from where it diverges."""
         values = self.unknowns.values(vector)
-        motion = simulated(self.cut, starts, vessel(values), *inputs(values), currents(values, int(self.cut.run[-1]) + 1))
+        motion = simulated(self.cut, starts, vessel(values), *inputs_of(values), currents(values, int(self.cut.run[-1]) + 1))
         return np.where(np.isfinite(motion), motion, np.inf)
 
     @np.errstate(over="ignore", invalid="ignore")

@@ -24,8 +24,7 @@ from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Role, Topic, clocks_differ, set_back, unusable
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs
-from vessel_hsmc_ros.studies.identification.types import Measurements
-from vessel_hsmc_ros.studies.identification.windows import require_rate
+from vessel_hsmc_ros.studies.identification.types import Measurements, require_rate
 
 FEWEST = 50  # samples that a run needs at least
 CLOCK_OFFSET = 0.5

@@ -23,8 +23,7 @@ from vessel_hsmc_ros.plant.dynamics import VesselParameters
 from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections
 from vessel_hsmc_ros.scenario.parameters_file import tree
-from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction
-from vessel_hsmc_ros.studies.identification.windows import predict
+from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction, predict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -26,11 +26,13 @@ from vessel_hsmc_ros.studies.identification.types import (
     OFFSETS,
     POSITIVE,
     Measurements,
+    Smoothed,
     Unknowns,
+    Windows,
     current_names,
+    in_body_frame,
     vessel,
 )
-from vessel_hsmc_ros.studies.identification.windows import Smoothed, Windows, in_body_frame
 
 AVERAGED = 4.0  # length over which both sides are averaged, in bandwidths of the smoother
 MIN_FORCE_SHARE = 1e-3  # share of the larger force below which an equation has no input

@@ -15,8 +15,7 @@ from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.diagrams import Axis, Figure, layout, line
 from vessel_hsmc_ros.scenario.scenario import dump_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
-from vessel_hsmc_ros.studies.manoeuvres.metrics import Track, crossing, speed_curve, spiral_curve
-from vessel_hsmc_ros.studies.manoeuvres.run import Manoeuvre, Results
+from vessel_hsmc_ros.studies.manoeuvres.run import Manoeuvre, Results, Track, crossing, speed_curve, spiral_curve
 
 SOURCE = "IMO resolution MSC.137(76), 5.3"
 

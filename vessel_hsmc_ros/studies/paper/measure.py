@@ -37,7 +37,7 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, tracking_error, transform, transform_rate
 from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, rms
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
-from vessel_hsmc_ros.studies.paper.claims import NAN, Numbers
+from vessel_hsmc_ros.studies.paper.cases import NAN, Numbers
 
 ON_SURFACES, STRIDE = 20.0, 10
 """Time from which a run is compared with the reduced dynamics, s, and half the step of the comparison in samples."""

@@ -37,10 +37,23 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, for_nodes, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.paper.cases import CASES, LAWS, PRINTED, REPAIRED, Case, of_law
-from vessel_hsmc_ros.studies.paper.claims import CLAIMS, FINDINGS, NAN, Claim, Numbers, Results, claims_page
+from vessel_hsmc_ros.studies import batch, scenario_run
+from vessel_hsmc_ros.studies.paper.cases import (
+    CASES,
+    CLAIMS,
+    FINDINGS,
+    LAWS,
+    NAN,
+    PRINTED,
+    REPAIRED,
+    Case,
+    Claim,
+    Numbers,
+    Results,
+    claims_page,
+    of_law,
+)
 from vessel_hsmc_ros.studies.paper.measure import CaseResult, LawNumbers, Repaired, measure, reduced_error
-from vessel_hsmc_ros.studies.runs import batch, scenario_run
 
 repaired_control = repaired.control  # a kernel calls others by their names in its module
 

@@ -34,11 +34,11 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.schema import Entry
 from vessel_hsmc_ros.scenario.parameters import controller_parameters
-from vessel_hsmc_ros.scenario.ros_yaml import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, make_law, scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
+from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
 from vessel_hsmc_ros.studies.campaign.plan import Campaign, campaign_names
-from vessel_hsmc_ros.studies.runs.batch import Outcome, simulate_many
 
 FORM = "controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
 

@@ -29,7 +29,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioEr
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.report.tables import label, text
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.runs.batch import Outcome
+from vessel_hsmc_ros.studies.batch import Outcome
 from vessel_hsmc_ros.studies.tuning.plan import FLOOR, Case, Cost, Evaluation, Gain, Tuning
 
 RUNS_OF_A_BATCH = 4  # as many trials are proposed together as have at least this number of runs, which keeps several cores busy
