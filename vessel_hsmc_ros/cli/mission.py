@@ -353,7 +353,6 @@ def _loaded(mission: str, scenario: str | None, changes: dict[str, object]) -> t
         return load_checked(mission, changes), ()
     if is_yaml:
         return replace(load_checked(scenario, {**read_changes(path), **changes}), name=path.stem), ()
-    from vessel_hsmc_ros.cli.mission import sailed_mission  # imports the libraries of missions
 
     parameters, whole = sailed_mission(path)
     values = {f"reference_ship.{name}": value for name, value in parameters.items()}
@@ -364,7 +363,6 @@ def _check_way(track: Any, fences: Sequence[Any]) -> None:
     """Refuse a mission whose planned way leaves its fence."""
     if fences:
         from vessel_hsmc_ros.boats.missions.legs import way_leaving_fence
-        from vessel_hsmc_ros.cli.mission import require_within
 
         require_within(way_leaving_fence(track, fences))
 
