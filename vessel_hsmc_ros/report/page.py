@@ -14,8 +14,8 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull, described, vessel_name
+from vessel_hsmc_ros.core.metrics import Run, Table, control_table, motion_table
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.core.run_data import Run, Table, control_table, motion_table
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.diagrams import SERIES, line_colour, run_colour
 from vessel_hsmc_ros.report.figures import jitter_picture

@@ -35,9 +35,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vessel_hsmc_ros.core.kernel import Array, kernel
-from vessel_hsmc_ros.core.metrics import NO_LEG, NOISE_PEAK, position_error
+from vessel_hsmc_ros.core.metrics import NO_LEG, NOISE_PEAK, Run, position_error
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
-from vessel_hsmc_ros.core.run_data import Run
 from vessel_hsmc_ros.guidance import curve_motion
 from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, Pace
 from vessel_hsmc_ros.guidance.factory import trajectory

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.control.laws.manoeuvre import ManoeuvreParameters
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, ScenarioError, SimulationError
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.run_data import Run
+from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster
 from vessel_hsmc_ros.plant.dynamics import damping_force
 from vessel_hsmc_ros.report.record import limits
