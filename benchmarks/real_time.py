@@ -2,12 +2,12 @@
 
 Four processes, everything recorded, the guided law at 100 Hz; each run is followed by bare rclpy round trips of the same length
 and rate, between two processes that publish nav_msgs/Odometry and answer with geometry_msgs/WrenchStamped. Both on the machine as
-it is, and with one core loaded.
+it is, and beside processes that are always busy.
 
 The control periods begin half a period after the odometry, by design; the latency is counted from there to the publication of the
 command. On an idle machine the periods scatter by some tenths of a millisecond and none is missed.
 
-    python benchmarks/real_time.py [--rounds 1] [--duration 20]
+    python benchmarks/real_time.py [--rounds 1] [--duration 20] [--busy 0 1] [--set controller.real_time.thread_priority=50]
 """
 
 import argparse
@@ -47,6 +47,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=1, help="number of runs of each kind")
     parser.add_argument("--duration", type=float, default=20.0, help="length of a run, s")
+    parser.add_argument("--busy", type=int, nargs="+", default=[0, 1], help="numbers of busy processes beside the run")
+    parser.add_argument("--set", action="append", default=[], dest="changes", help="a parameter of the run, such as an option")
     parser.add_argument("--echo", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.echo:
@@ -56,12 +58,12 @@ def main() -> None:
     # One unit in the head, and short words: the table fits a terminal of 80 columns.
     table = Table("ms", *(Column(name, justify="right") for name in ("p50", "p99", "largest", "missed", "lost")), box=None)
     for _ in range(arguments.rounds):
-        for machine, busy in (("as it is", 0), ("one core loaded", 1)):
+        for busy in arguments.busy:
             with load(busy):
-                summary, deviations, latencies = real_time_run(arguments.duration)
+                summary, deviations, latencies = real_time_run(arguments.duration, arguments.changes)
                 bare = round_trips(arguments.duration)
             counts = str(summary["missed_periods"]), str(summary["messages_dropped"])
-            table.add_row(f"[bold]{machine}")
+            table.add_row(f"[bold]beside {busy} busy processes")
             table.add_row("deviation of the control period", *shown(deviations), *counts)
             table.add_row("from odometry to command", *shown(latencies))
             table.add_row("bare round trip", *shown(bare))
@@ -87,11 +89,12 @@ def shown(values: Array) -> tuple[str, ...]:
     return tuple(f"{1e3 * value:.3f}" for value in (*np.percentile(values, (50, 99)), np.max(values)))
 
 
-def real_time_run(duration: float) -> tuple[dict[str, Any], Any, Any]:
+def real_time_run(duration: float, changes: list[str]) -> tuple[dict[str, Any], Any, Any]:
     """The summary of a run of case 2, deviations of its control periods from the nominal one, and its latencies, s."""
     with tempfile.TemporaryDirectory() as output:
         command = [sys.executable, "-m", "vessel_hsmc_ros.cli.main", "run", "case2_tracking", "--real-time", "--output", output]
-        command += ["--set", "controller.law=guided", "--set", f"vessel_sim.duration={duration}"]
+        for change in ("controller.law=guided", f"vessel_sim.duration={duration}", *changes):
+            command += ["--set", change]
         subprocess.run(command, check=True, timeout=duration + START_AND_END, capture_output=True)
         (folder,) = Path(output).iterdir()
         summary = json.loads((folder / "run.json").read_text(encoding="utf-8"))

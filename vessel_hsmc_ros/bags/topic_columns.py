@@ -89,7 +89,7 @@ class Layout:
     """The locations of all fields of a message, for messages of one size with the same `lengths`."""
 
     fields: dict[str, Location] = field(default_factory=dict)  # locations by dotted names
-    # locations of the encapsulation and of the lengths of strings and sequences, and their values
+    # locations of the encapsulation, of the lengths of strings and sequences, and of the ends of strings, and their values
     lengths: dict[Location, int] = field(default_factory=dict)
     shared: bool = True  # whether other messages can have it: not if there is a list of texts or messages
 
@@ -101,7 +101,10 @@ class Layout:
         if not self.shared or any((each.gather(data, starts) != value).any() for each, value in self.lengths.items()):
             return None
         columns = {name: self.fields[name].gather(data, starts) for name in names}
-        return {name: _strings(column) if column.dtype.kind == "S" else column for name, column in columns.items()}
+        try:
+            return {name: _strings(column) if column.dtype.kind == "S" else column for name, column in columns.items()}
+        except UnicodeDecodeError:
+            return None
 
 
 class MessageDecoder:
@@ -242,6 +245,8 @@ class _Walk:
         content = self.data[self.position : self.position + length]
         if len(content) != length or content[-1:] != b"\0":
             raise ValueError(f"the text of {length} bytes at byte {self.position} has no end")
+        if self.layout:
+            self.layout.lengths[Location(self.position + length - 1, "u1", ())] = 0
         self.note(name, f"S{length}", (), length)
         return content[:-1].decode()
 

@@ -38,7 +38,7 @@ def test_the_examples_of_the_page_run(
     assert "los_pid" in printed  # a column of the description
     assert "std" in printed
     assert "yaw_surface" in printed
-    assert "(0.5,)" in printed
+    assert "\n0.5 " in printed  # a point of the sweep with its mean
 
 
 def test_data_frames_have_the_columns_of_the_exported_tables() -> None:
