@@ -48,6 +48,17 @@ def test_two_commands_lead_from_a_boats_main_data_to_a_page_with_less_than_2_cm_
     assert "position error is" in (folder / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("verb", ["simulate", "run"])
+def test_every_run_of_a_sweep_is_repeated_bit_identically(execute: Execute, tmp_path: Path, verb: str) -> None:
+    if verb == "run":
+        pytest.importorskip("rclpy")
+    axes = ("vessel_sim.initial_pose=[1.0, 2.0, 0.0],[3.0, 4.0, 0.0]", "vessel_sim.seed=1,2")
+    execute("sweep", "case2_tracking", *axes, "--set", "vessel_sim.duration=1", "--workers", "1")
+    (folder,) = (tmp_path / "runs").iterdir()
+    shown = execute(verb, "--campaign", folder, "--run", "3", "--no-page", "--output", tmp_path / "again")
+    assert "all metrics are bit-identical to those of row 3 of the campaign" in shown
+
+
 def test_one_command_sweeps_ten_values_and_draws_them(execute: Execute, tmp_path: Path) -> None:
     values = "controller.guided.position_gain=0.1:1.0:10"
     shown = execute(

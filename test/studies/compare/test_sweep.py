@@ -10,10 +10,11 @@ import pytest
 from click.testing import CliRunner, Result
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.studies.campaign import findings
+from vessel_hsmc_ros.studies.campaign.dataset import Dataset, Row, read_sweep_rows
 from vessel_hsmc_ros.studies.campaign.distributions import Grid, parse_axis, parse_distribution
 from vessel_hsmc_ros.studies.campaign.execute import compute_rows
 from vessel_hsmc_ros.studies.campaign.plan import Campaign, sweep_of
@@ -210,8 +211,22 @@ def test_texts_and_lists_can_be_swept_and_drawn(tmp_path: Path) -> None:
     first, _ = diagrams(results, {})["map"]
     assert first["layout"]["xaxis"]["ticktext"] == ["circle", "straight"]
     assert first["layout"]["yaxis"]["ticktext"] == ["(1.0, 2.0, 0.0)", "(3.0, 4.0, 0.0)"]
-    files = write_sweep(results, invented(results.campaign), tmp_path)
+    rows = invented(results.campaign)
+    files = write_sweep(results, rows, tmp_path)
     assert all(path.stat().st_size for path in files.values())
+    missing = dict.fromkeys(Metrics._fields)
+    plan = Campaign.of_folder(tmp_path)
+    assert read_sweep_rows(Dataset(tmp_path), plan) == [missing | row for row in rows]
+    assert dict(Row.read(tmp_path, 2).values) == rows[2]
+
+
+def test_a_damaged_table_of_a_sweep_is_named(tmp_path: Path) -> None:
+    results = swept(f"{GAIN}=0.5,1.5")
+    write_sweep(results, invented(results.campaign), tmp_path)
+    path = tmp_path / "sweep.csv"
+    path.write_text(path.read_text().replace("1.5,", "one,"))
+    with pytest.raises(CampaignError, match=r"sweep\.csv is damaged"):
+        Row.read(tmp_path, 1)
 
 
 @pytest.mark.parametrize(

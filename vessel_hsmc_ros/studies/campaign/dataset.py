@@ -3,19 +3,22 @@
     campaign.yaml, scenario.yaml   complete copies of the campaign file and the base scenario
     campaign.json                  hash, number of draws, chunk size, versions of the code
     rows/chunk-00012.parquet       runs 1200 to 1299 of a campaign with chunks of 100
+    sweep.csv                      all rows of a sweep, which needs no library of Parquet files
 
 A file appears by an atomic rename, so it is complete at every instant; it contains no time, machine or path, so it is the same
 wherever it was computed. It names its campaign by the hash. One process at a time computes into a folder, and only for its
 campaign.
 """
 
+import ast
+import csv
 import fcntl
 import json
 import logging
 import math
 import os
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -41,6 +44,7 @@ class Dataset:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.rows = path / "rows"
+        self.sweep = path / "sweep.csv"
 
     def chunk_path(self, number: int) -> Path:
         """The file of a chunk."""
@@ -72,28 +76,26 @@ def write_file(path: Path, content: bytes) -> None:
         raise CampaignError(f"{path} cannot be written: {error.strerror}") from None
 
 
+def column_types(campaign: Campaign) -> dict[str, Any]:
+    """Types of the columns of the rows of a campaign, by their names."""
+    return {
+        **{"run": int, "draw": int, "law": str},
+        **({"variant": str} if campaign.variant_column == "variant" else {}),
+        "seed": int,
+        **{parameter.name: parameter.type for parameter in campaign.parameters},
+        **{"failed": bool, "failure": str, "ended_early": bool},
+        **({"infeasible": str} if campaign.has_ships else {}),
+        **dict.fromkeys(Metrics._fields, float),
+    }
+
+
 def table_schema(campaign: Campaign, chunk: int) -> "pyarrow.Schema":
     """Columns of the rows of a campaign, and the notes of the file of a chunk."""
     pa = _pyarrow()
     scalars = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
-    lists = {tuple[float, ...]: pa.list_(pa.float64()), tuple[str, ...]: pa.list_(pa.string())}
-    types = scalars | lists
-    return pa.schema(
-        [
-            ("run", pa.int64()),
-            ("draw", pa.int64()),
-            ("law", pa.string()),
-            *((("variant", pa.string()),) if campaign.variant_column == "variant" else ()),
-            ("seed", pa.int64()),
-            *((parameter.name, types[parameter.type]) for parameter in campaign.parameters),
-            ("failed", pa.bool_()),
-            ("failure", pa.string()),
-            ("ended_early", pa.bool_()),
-            *((("infeasible", pa.string()),) if campaign.has_ships else ()),
-            *((name, pa.float64()) for name in Metrics._fields),
-        ],
-        metadata={_DIGEST: campaign.digest.encode(), _CHUNK: str(chunk).encode()},
-    )
+    types = scalars | {tuple[float, ...]: pa.list_(pa.float64()), tuple[str, ...]: pa.list_(pa.string())}
+    notes = {_DIGEST: campaign.digest.encode(), _CHUNK: str(chunk).encode()}
+    return pa.schema([(name, types[of]) for name, of in column_types(campaign).items()], metadata=notes)
 
 
 def write_table(rows: list[dict[str, Any]], campaign: Campaign, chunk: int) -> bytes:
@@ -140,9 +142,9 @@ def read_rows(folder: Path | str) -> "pyarrow.Table":
     """
     pa = _pyarrow()
     campaign, dataset = Campaign.of_folder(folder), Dataset(Path(folder))
+    columns = table_schema(campaign, 0).remove_metadata()
     tables = [read_chunk(path, campaign) for path in dataset.files()]
-    empty = table_schema(campaign, 0).remove_metadata().empty_table()
-    return pa.concat_tables([empty, *tables])
+    return pa.concat_tables(tables) if tables else pa.Table.from_pylist(read_sweep_rows(dataset, campaign), schema=columns)
 
 
 def read_chunk(path: Path, campaign: Campaign) -> "pyarrow.Table":
@@ -155,6 +157,34 @@ def read_chunk(path: Path, campaign: Campaign) -> "pyarrow.Table":
         return parquet.read_table(path, page_checksum_verification=True).replace_schema_metadata(None)
     except (OSError, pa.ArrowException):
         raise CampaignError(f"{path} is damaged: remove it, and `vessel-hsmc campaign` computes it anew") from None
+
+
+def write_sweep_rows(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+    """Write all rows of a sweep as a table."""
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, dict.fromkeys((*rows[0], *Metrics._fields)), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def read_sweep_rows(dataset: Dataset, campaign: Campaign) -> list[dict[str, Any]]:
+    """Read the rows of a sweep, bit-identical to those that were written; none of a campaign that is no sweep."""
+    if not dataset.sweep.exists():
+        return []
+    types = column_types(campaign)
+    try:
+        with dataset.sweep.open(encoding="utf-8", newline="") as stream:
+            return [{name: _value(row[name], of) for name, of in types.items()} for row in csv.DictReader(stream)]
+    except (OSError, KeyError, SyntaxError, TypeError, ValueError):
+        raise CampaignError(f"{dataset.sweep} is damaged or is that of another sweep: sweep again") from None
+
+
+def _value(text: str, of: Any) -> Any:
+    if of is str:
+        return text
+    if of is float:
+        return float(text) if text else None
+    return ast.literal_eval(text)
 
 
 def _number(path: Path) -> int:
@@ -187,8 +217,9 @@ class Row:
         """Read a row."""
         campaign = Campaign.of_folder(folder)
         campaign.planned(run)  # checks the number
-        path = Dataset(Path(folder)).chunk_path(run // campaign.chunk)
-        rows = read_chunk(path, campaign).to_pylist() if path.exists() else []
+        dataset = Dataset(Path(folder))
+        path = dataset.chunk_path(run // campaign.chunk)
+        rows = read_chunk(path, campaign).to_pylist() if path.exists() else read_sweep_rows(dataset, campaign)
         return cls(campaign, run, next((row for row in rows if row["run"] == run), {}))
 
     def scenario(self, changes: Mapping[str, object] | None = None) -> Scenario:

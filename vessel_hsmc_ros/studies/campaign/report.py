@@ -1,6 +1,5 @@
 """The report of a campaign: a page without external resources and its figures, from the rows that there are so far."""
 
-import csv
 import itertools
 import math
 from collections.abc import Mapping, Sequence
@@ -11,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, run_colour, spans
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
-from vessel_hsmc_ros.studies.campaign.dataset import Dataset, opened
+from vessel_hsmc_ros.studies.campaign.dataset import Dataset, opened, write_sweep_rows
 from vessel_hsmc_ros.studies.campaign.findings import influences_by_variant, sentences, short
 from vessel_hsmc_ros.studies.campaign.results import CONFIDENCE, FEWEST, LEGS, Influence, Results, exceedance, read
 
@@ -46,14 +44,12 @@ def write_report(results: Results, found: dict[str, list[Influence]], folder: Pa
 
 def write_sweep(results: Results, rows: Sequence[Mapping[str, Any]], folder: Path) -> dict[str, Path]:
     """Write rows that are in no dataset: page, figures, a table, and the campaign file that repeats them or one of them."""
-    table = folder / "sweep.csv"
-    with opened(Dataset(folder), results.campaign), page_kit.writing(f"results in {folder}"):
-        with table.open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.DictWriter(stream, dict.fromkeys((*rows[0], *Metrics._fields)), lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
+    dataset = Dataset(folder)
+    with opened(dataset, results.campaign), page_kit.writing(f"results in {folder}"):
+        write_sweep_rows(rows, dataset.sweep)
         found: dict[str, list[Influence]] = {law: [] for law in results.by_variant}
-        return write_report(results, found, folder, folder / "sweep.html") | {"csv": table, "plan": folder / "campaign.yaml"}
+        files = write_report(results, found, folder, folder / "sweep.html")
+    return files | {"csv": dataset.sweep, "plan": folder / "campaign.yaml"}
 
 
 def render(results: Results, found: dict[str, list[Influence]], drawn: Mapping[str, Sequence[Figure]], folder: Path) -> str:
