@@ -38,96 +38,11 @@ from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import ALLOCATION
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
-from vessel_hsmc_ros.messages.state_columns import ODOMETRY
-from vessel_hsmc_ros.messages.topics import EVENTS, RECORDED_TOPICS, RELAYED
+from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.parameters import NODES, declared
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
-
-COMMAND = "cmd_wrench"
-NORMALISED = "/normalised_wrench"  # a topic of the type of the wrenches whose numbers are shares of the limits
-
-
-class VesselTopics:
-    """The topics of the vessels in a bag.
-
-    `given`: full names of topics by this package's names, where a person has given them.
-
-    Raises:
-        BagError: a topic that was given is not there, or of another type, or cannot be decoded.
-    """
-
-    def __init__(self, bag: Path, topics: Mapping[str, Series], given: Mapping[str, str]) -> None:
-        self._bag, self._topics, self._given = bag, topics, given
-        for own, name in given.items():
-            kind = RECORDED_TOPICS[own]
-            if name not in self._of_type(kind):
-                raise BagError(f"bag {bag} has no {kind} on {name}: it has {', '.join(self._of_type(kind)) or 'none'}")
-
-    def readable(self, name: str) -> bool:
-        """Whether a topic, by its full name, has messages that can be decoded."""
-        return bool(self._topics.get(name)) and not self._topics[name].undecodable
-
-    @property
-    def namespaces(self) -> list[str]:
-        """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        odometry = [name for name, series in self._topics.items() if name.endswith("/odom") and series.type == ODOMETRY]
-        names = [name.removesuffix("odom") for name in odometry]
-        return [name for name in names if not name.endswith(f"/{RELAYED}")]
-
-    def namespace(self, wanted: str | None) -> str:
-        """The given namespace if it holds a vessel, or the only one that does, with its slashes.
-
-        Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace. Raises
-        BagError if there is no such vessel, or there are several to choose from.
-        """
-        parts = [part for part in (wanted or "").split("/") if part]
-        if "odom" in self._given or not (self.namespaces or parts or self.find("/", "odom") is None):
-            return "/" + "".join(f"{part}/" for part in parts)
-        found = [name for name in self.namespaces if wanted is None or name.strip("/") == "/".join(parts)]
-        if not found:
-            where = "" if wanted is None else f" in namespace /{'/'.join(parts)}"
-            raise BagError(f"bag {self._bag} has no odometry{where}: {self._alternatives()}")
-        if len(found) > 1:
-            raise BagError(f"bag {self._bag} has several vessels, in the namespaces {', '.join(found)}: choose one")
-        return found[0]
-
-    def find(self, prefix: str, own: str) -> Series | None:
-        """The topic of a vessel by this package's name for it; None if the bag has no such messages that can be decoded.
-
-        In a bag of one vessel it is the topic that was given, that of the name in the namespace, else the only one whose name
-        ends so, and of odometry and applied wrench the only one of the type. `prefix`: the vessel's namespace, with its
-        slashes. `own`: the name without the namespace, such as `odom`.
-        """
-        exact = self._given.get(own, prefix + own)
-        if self.readable(exact):
-            return self._topics[exact]
-        if len(self.namespaces) > 1 or exact in self._topics:
-            return None
-        names = self._unnamed(own)
-        found = [name for name in names if name.endswith(f"/{own}")]
-        by_type = own == "odom" or (own == "applied_wrench" and self.find(prefix, COMMAND) is None)
-        found = found or (names if by_type else [])
-        return self._topics[found[0]] if len(found) == 1 else None
-
-    def _unnamed(self, own: str) -> list[str]:
-        """The topics of the type of one of this package's, without those that are others of its own."""
-        others = tuple(f"/{name}" for name, kind in RECORDED_TOPICS.items() if kind == RECORDED_TOPICS[own] and name != own)
-        names = self._of_type(RECORDED_TOPICS[own])
-        return [n for n in names if not n.endswith((*others, NORMALISED)) and f"/{RELAYED}" not in n]
-
-    def _of_type(self, kind: str) -> list[str]:
-        return [name for name, series in self._topics.items() if series.type == kind and self.readable(name)]
-
-    def _alternatives(self) -> str:
-        """The topics that may be odometry; without any all topics, with the reason for those that cannot be decoded."""
-        reasons = {name: series.undecodable for name, series in self._topics.items()}
-        texts = [f"{name} ({reason})" if reason else name for name, reason in reasons.items()]
-        names = self._unnamed("odom")
-        choice = f"choose one of {', '.join(names)} by --odometry; " if names else ""
-        return f"{choice}its topics are {', '.join(texts) or 'none'}"
-
 
 Parameters = Mapping[str, Mapping[str, Any]]
 
@@ -234,6 +149,8 @@ def changed_parameters(events: Iterable[Event]) -> dict[str, object]:
     return changes
 
 
+NEIGHBOURS = 4096  # size of the window, in messages, within which messages are sorted by log time
+
 __all__ = ["Bag", "Event", "RawMessage", "Series", "open_bag"]
 
 
@@ -266,7 +183,7 @@ class Bag:
         self.files = self._source.contents
         self.missing = self._source.missing
         self.topics: dict[str, Series] = topics_of(self._source)
-        self._vessels = VesselTopics(path, self.topics, {own: name for own, name in (given or {}).items() if name})
+        self._vessels = run_from_bag.VesselTopics(path, self.topics, {own: name for own, name in (given or {}).items() if name})
 
     def __getitem__(self, name: str) -> Series:
         """A topic by its full name, or by the end of its name if only one topic ends so.
@@ -487,19 +404,11 @@ class Bag:
 
         A message that was recorded more than NEIGHBOURS messages late stays out of order.
         """
-        return by_log_time(self.raw_messages(*names))
-
-
-NEIGHBOURS = 4096  # size of the window, in messages, within which messages are sorted by log time
-
-
-def by_log_time(messages: Iterable[RawMessage]) -> Iterator[RawMessage]:
-    """Messages in the order of their log times; one that comes more than NEIGHBOURS messages late stays out of order."""
-    waiting: list[tuple[int, int, RawMessage]] = []
-    # The number keeps messages of equal time in the recorded order, and messages themselves from being compared.
-    for number, message in enumerate(messages):
-        heapq.heappush(waiting, (message.log_time, number, message))
-        if len(waiting) > NEIGHBOURS:
+        waiting: list[tuple[int, int, RawMessage]] = []
+        # The number keeps messages of equal time in the recorded order, and messages themselves from being compared.
+        for number, message in enumerate(self.raw_messages(*names)):
+            heapq.heappush(waiting, (message.log_time, number, message))
+            if len(waiting) > NEIGHBOURS:
+                yield heapq.heappop(waiting)[2]
+        while waiting:
             yield heapq.heappop(waiting)[2]
-    while waiting:
-        yield heapq.heappop(waiting)[2]
