@@ -38,6 +38,7 @@ ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", 
 """Colour of a line of a single run by its role in a panel."""
 
 PLOT: Any = {
+    "axes.axisbelow": True,
     "axes.grid": True,
     "font.size": 9,
     "grid.alpha": 0.3,
@@ -137,6 +138,7 @@ POINTS = 1500  # approximate number of points of a line
 COLUMNS, SIZE = 2, (5.2, 3.8)  # of a picture: diagrams side by side; width and height of each, inches
 TITLE_WIDTH = 44  # longest line of the title of a diagram in a picture, characters
 LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
+COLOUR_MAP = "viridis_r"  # Viridis reversed, of matplotlib
 PIXEL = 0.75  # size of a pixel of a page, points
 
 
@@ -209,18 +211,17 @@ def _draw(panel: "Axes", drawn: Figure) -> None:
     below: Any = []  # the line that a filled area reaches down to
     shaded: Any = None  # the points and the scale of their colours
     for trace in drawn["traces"]:
-        x, y, name = trace["x"], trace["y"], trace.get("name", "")
+        x, y = trace["x"], trace["y"]
         if trace["type"] == "bar":
             spread = {"xerr": trace["error_x"]["array"], "error_kw": {"ecolor": page_colour("--shared"), "capsize": 2}}
             panel.barh(y, x, color=page_colour(trace["marker"]["color"]), **spread)
+        elif trace["type"] == "heatmap":
+            look = {"vmin": trace["zmin"], "vmax": trace["zmax"], "cmap": COLOUR_MAP}
+            shaded = panel.pcolormesh(x, y, np.array(trace["z"], float), **look), trace["colorbar"]
         elif trace["mode"] == "markers":
             shaded = _draw_points(panel, np.array(x, float), np.array(y, float), trace["marker"]) or shaded
-        elif "fill" in trace:
-            panel.fill_between(x, below, y, color=page_colour(trace["fillcolor"]), lw=0, step="post")
-        elif trace["line"]["width"]:
-            look = {"color": page_colour(trace["line"]["color"]), "lw": 1.4, "label": name}
-            look["drawstyle"] = "steps-post" if trace["line"]["shape"] == "hv" else "default"
-            panel.plot(x, np.array(y, float), marker="o" if "markers" in trace["mode"] else "", ms=4, **look)
+        else:
+            _draw_line(panel, trace, below)
         below = y
     for shape in drawn["layout"].get("shapes", ()):
         panel.axvline(shape["x0"], color=page_colour(shape["line"]["color"]), lw=1.0, ls="--", label="limit")
@@ -234,6 +235,17 @@ def _draw(panel: "Axes", drawn: Figure) -> None:
     _set_axes(panel, drawn)
 
 
+def _draw_line(panel: "Axes", trace: Figure, below: Any) -> None:
+    """Draw a line, or the area between it and the one before."""
+    x, y, look = trace["x"], trace["y"], trace["line"]
+    if "fill" in trace:
+        panel.fill_between(x, below, y, color=page_colour(trace["fillcolor"]), lw=0, step="post")
+    elif look["width"]:
+        style: Any = {"drawstyle": "steps-post" if look["shape"] == "hv" else "default", "label": trace["name"]}
+        marker = "o" if "markers" in trace["mode"] else ""
+        panel.plot(x, np.array(y, float), color=page_colour(look["color"]), lw=1.4, marker=marker, ms=4, **style)
+
+
 def _draw_points(panel: "Axes", x: Array, y: Array, marker: Figure) -> Any:
     """Draw points; returns them with the bar of their colours, None if they have one colour."""
     look: Any = {"marker": {"x": "X", "square": "s"}.get(marker["symbol"], "o"), "s": (PIXEL * marker["size"]) ** 2}
@@ -241,7 +253,7 @@ def _draw_points(panel: "Axes", x: Array, y: Array, marker: Figure) -> Any:
         panel.scatter(x, y, color=page_colour(marker["color"]), **look)
         return None
     look |= {"linewidths": PIXEL * marker["line"]["width"], "edgecolors": page_colour(marker["line"]["color"])}
-    shade = {"c": np.array(marker["color"], float), "vmin": marker["cmin"], "vmax": marker["cmax"], "cmap": "viridis_r"}
+    shade = {"c": np.array(marker["color"], float), "vmin": marker["cmin"], "vmax": marker["cmax"], "cmap": COLOUR_MAP}
     return panel.scatter(x, y, **shade, **look), marker["colorbar"]
 
 

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
@@ -187,13 +188,18 @@ def test_a_map_has_the_first_parameter_across_the_second_upwards_and_a_cross_whe
         "guided: yaw moment, rms [N·m]",
     )
     assert first["layout"]["xaxis"]["title"]["text"] == "guided.position_gain"
-    points, cross = first["traces"]
-    assert list(zip(points["x"], points["y"], points["marker"]["color"], strict=True)) == [
-        (0.5, 20.0, 1.0),
-        (0.5, 50.0, 2.0),
-        (1.5, 20.0, 3.0),
-    ]
+    cells, cross = first["traces"]
+    assert (cells["type"], cells["z"]) == ("heatmap", [[1.0, 3.0], [2.0, None]])
+    assert (cells["x"], cells["y"]) == ([0.0, 1.0, 2.0], [5.0, 35.0, 65.0])
+    assert cells["customdata"][0][1] == [2, "1.5", "20", "3"]  # a click shows the command of the run
     assert (cross["x"], cross["y"], cross["marker"]["symbol"]) == ([1.5], [50.0], "x")
+
+
+def test_cells_on_a_logarithmic_scale_meet_midway_on_it_and_a_single_value_has_a_cell() -> None:
+    first, _ = diagrams(swept(f"{GAIN}=0.01,1,100", f"{RATE}=20"), {})["map"]
+    cells = first["traces"][0]
+    np.testing.assert_allclose(cells["x"], [0.001, 0.1, 10.0, 1000.0])
+    assert cells["y"] == [19.5, 20.5]
 
 
 def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures() -> None:

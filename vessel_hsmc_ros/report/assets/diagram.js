@@ -17,14 +17,14 @@ function painted(part, colours) {
 function draw(figure, element, colours) {
   const { traces, layout } = painted(figure, colours);
   const narrow = element.clientWidth < 480;
-  if (narrow) for (const { marker } of traces) if (marker?.colorbar) Object.assign(marker.colorbar, { orientation: "h", y: -0.2, yanchor: "top", title: { ...marker.colorbar.title, side: "bottom" } });
-  const bar = narrow && traces.some(({ marker }) => marker?.colorbar);
+  const bars = narrow ? traces.map(({ colorbar, marker }) => colorbar ?? marker?.colorbar).filter(Boolean) : [];
+  for (const bar of bars) Object.assign(bar, { orientation: "h", y: -0.2, yanchor: "top", title: { ...bar.title, side: "bottom" } });
   Plotly.react(
     element,
     traces,
     {
       ...layout,
-      margin: { ...layout.margin, b: bar ? 120 : layout.margin.b },
+      margin: { ...layout.margin, b: bars.length ? 120 : layout.margin.b },
       paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)",
       font: { family: "system-ui, sans-serif", size: 11, color: colours("--ink-soft") },

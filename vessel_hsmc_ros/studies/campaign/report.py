@@ -238,10 +238,13 @@ def _scatters(results: Results, law: str, entries: Sequence[Influence]) -> list[
 
 
 def _map(results: Results, law: str, plane: tuple[str, str], metric: str) -> Figure:
-    """Each run in the plane of two drawn parameters, coloured by a metric."""
+    """Each run in the plane of two drawn parameters, coloured by a metric; cells where there is one for each pair of values."""
     runs = results.by_variant[law]
-    x, y = (_drawn(runs, name) for name in plane)
-    return _runs_as_points(_chosen(runs, law, x, y, _metric(runs, metric, results)), square=True)
+    x, y, shade = *(_drawn(runs, name) for name in plane), _metric(runs, metric, results)
+    pairs = np.unique(np.column_stack([x[1], y[1]]), axis=0)
+    if len(runs) == len(pairs) == len(np.unique(x[1])) * len(np.unique(y[1])):
+        return _runs_as_cells(_chosen(runs, law, x, y, shade, most=2 * len(runs)))
+    return _runs_as_points(_chosen(runs, law, x, y, shade), square=True)
 
 
 def _mapped(results: Results, plane: tuple[str, str]) -> tuple[str, ...]:
@@ -284,12 +287,12 @@ def _numeric(column: NDArray[Any]) -> bool:
     return column.dtype.kind in "fiu"
 
 
-def _chosen(runs: Results, law: str, x: Quantity, y: Quantity, colour: Quantity) -> Scatter:
+def _chosen(runs: Results, law: str, x: Quantity, y: Quantity, colour: Quantity, most: int = MAX_RUNS) -> Scatter:
     """At most as many runs as can be distinguished: the failures first, then others in equal steps."""
     order = np.argsort(~runs.failed, kind="stable")
-    failures = order[: min(int(runs.failed.sum()), MAX_RUNS // 2)]
+    failures = order[: min(int(runs.failed.sum()), most // 2)]
     others = order[int(runs.failed.sum()) :]
-    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), MAX_RUNS - len(failures))).astype(int))]
+    rest = others[np.unique(np.linspace(0, len(others) - 1, min(len(others), most - len(failures))).astype(int))]
     chosen = np.concatenate([failures, rest])
     values = np.array([np.asarray(column, dtype=float)[chosen] for _, column in (x, y, colour)])
     rows = runs.rows["run"].astype(np.int64)
@@ -298,15 +301,14 @@ def _chosen(runs: Results, law: str, x: Quantity, y: Quantity, colour: Quantity)
 
 def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
     """Runs as points whose colour is a quantity; crosses are failures, red ones ended early, grey ones have no such quantity."""
-    x, y, shade = drawn.values
+    x, y, _ = drawn.values
     finite = np.isfinite(y)
     # A run without a value is at the top edge.
     top = float(y[finite].max()) * (2.0 if drawn.y.logarithmic else 1.1) if finite.any() else 1.0
     y = np.where(finite, y, top)
     size = _size(len(x), square)
-    with np.errstate(divide="ignore"):
-        tint = np.log10(shade) if drawn.colour.logarithmic else shade
-    scale = {"colorscale": "Viridis", "reversescale": True, **_range(tint), "colorbar": _colour_bar(drawn.colour, tint)}
+    tint, (low, high), bar = _scale(drawn)
+    scale = {"colorscale": "Viridis", "reversescale": True, "cmin": low, "cmax": high, "colorbar": bar}
     traces = []
     for failed, ended, known in itertools.product((False, True), repeat=3):
         mask = (drawn.failed == failed) & (drawn.ended == ended) & (np.isfinite(tint) == known)
@@ -316,6 +318,44 @@ def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
             paint = {"color": numbers(tint[mask]), **scale} if known and not ended else plain
             edge = {"color": "--limit", "width": 1.2 * failed}
             traces.append(_points(drawn, mask, x, y, {**look, **paint, "line": edge}))
+    return _framed(drawn, traces, square)
+
+
+def _runs_as_cells(drawn: Scatter) -> Figure:
+    """Runs as cells whose colour is a quantity, empty without one; crosses are failures, filled ones ended early."""
+    x, y, _ = drawn.values
+    order, across, up = np.lexsort((x, y)), np.unique(x), np.unique(y)
+    tint, (low, high), bar = _scale(drawn)
+    tints, data = numbers(tint[order]), _hover_data(drawn, order)
+    lines = [slice(start, start + len(across)) for start in range(0, len(x), len(across))]
+    cells = {
+        "type": "heatmap",
+        "x": numbers(_edges(across, drawn.x.logarithmic)),
+        "y": numbers(_edges(up, drawn.y.logarithmic)),
+        "z": [tints[each] for each in lines],
+        "customdata": [data[each] for each in lines],
+        **{"colorscale": "Viridis", "reversescale": True, "zmin": low, "zmax": high, "colorbar": bar},
+        "hovertemplate": _hover(drawn),
+    }
+    traces = [cells]
+    for ended in (False, True):
+        if (mask := drawn.failed & (drawn.ended == ended)).any():
+            look = {"symbol": "x", "size": 10, "color": "--limit" if ended else "--card"}
+            traces.append(_points(drawn, mask, x, y, {**look, "line": {"color": "--limit", "width": 1.2}}))
+    return _framed(drawn, traces, square=True)
+
+
+def _edges(centres: Array, logarithmic: bool) -> Array:
+    """The edges of cells around values, midway between them on their scale, (n + 1,)."""
+    places = np.log(centres) if logarithmic else centres
+    steps = np.diff(places) if len(places) > 1 else np.ones(1)
+    padded = np.array([places[0] - steps[0], *places, places[-1] + steps[-1]])
+    middles = 0.5 * (padded[1:] + padded[:-1])
+    return np.asarray(np.exp(middles) if logarithmic else middles)
+
+
+def _framed(drawn: Scatter, traces: Sequence[Figure], square: bool) -> Figure:
+    """Traces of runs with their axes and title."""
     # The name of a metric is the title.
     found = layout(drawn.x, drawn.y if square else drawn.y._replace(name=""), height=460 if square else 330)
     if {drawn.x.name, drawn.y.name} == {short(name) for name in START}:
@@ -325,26 +365,47 @@ def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
 
 
 def _points(drawn: Scatter, mask: NDArray[np.bool_], x: Array, y: Array, marker: Figure) -> Figure:
-    shown = [
-        "ended early" if ended else f"{value:.4g}" for value, ended in zip(drawn.values[2][mask], drawn.ended[mask], strict=True)
-    ]
-    # The number of the run first: a click shows the command for it.
-    data = [[int(run), value] for run, value in zip(drawn.runs[mask], shown, strict=True)]
-    hover = f"run %{{customdata[0]}}<br>{drawn.x.name}: %{{x:.4~g}}<br>{drawn.y.name}: %{{y:.4~g}}<br>{drawn.colour.name}: "
     return {
         "type": "scatter",
         "mode": "markers",
         "x": numbers(x[mask]),
         "y": numbers(y[mask]),
-        "customdata": data,
+        "customdata": _hover_data(drawn, np.flatnonzero(mask)),
         "marker": marker,
-        "hovertemplate": hover + "%{customdata[1]}<extra></extra>",
+        "hovertemplate": _hover(drawn),
     }
 
 
-def _range(tint: Array) -> Figure:
+def _hover_data(drawn: Scatter, runs: NDArray[np.int64]) -> list[list[Any]]:
+    """What is shown of runs, the number first: a click shows the command for it."""
+
+    def text(axis: Axis, value: float) -> str:
+        if not math.isfinite(value):
+            return "none"
+        return axis.ticks[int(value)] if axis.ticks else f"{value:.4g}"
+
+    return [
+        [
+            int(drawn.runs[run]),
+            *(text(axis, value) for axis, value in zip((drawn.x, drawn.y), drawn.values[:2, run], strict=True)),
+            "ended early" if drawn.ended[run] else text(drawn.colour, drawn.values[2, run]),
+        ]
+        for run in runs
+    ]
+
+
+def _hover(drawn: Scatter) -> str:
+    names = enumerate((drawn.x.name, drawn.y.name, drawn.colour.name), 1)
+    return "run %{customdata[0]}" + "".join(f"<br>{name}: %{{customdata[{i}]}}" for i, name in names) + "<extra></extra>"
+
+
+def _scale(drawn: Scatter) -> tuple[Array, tuple[float | None, float | None], Figure]:
+    """The quantity that is a colour, on its scale; its range, and the bar that shows it."""
+    with np.errstate(divide="ignore"):
+        tint = np.log10(drawn.values[2]) if drawn.colour.logarithmic else drawn.values[2]
     finite = tint[np.isfinite(tint)]
-    return {"cmin": float(finite.min()), "cmax": float(finite.max())} if len(finite) else {}
+    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
+    return tint, ends, _colour_bar(drawn.colour, tint)
 
 
 def _colour_bar(axis: Axis, tint: Array) -> Figure:
