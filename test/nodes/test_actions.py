@@ -309,7 +309,10 @@ def test_a_low_battery_ends_the_goal_and_the_vessel_returns(bench: Any, start: A
     bench.until(battery.get_subscription_count)
     battery.publish(BatteryState(percentage=0.5))
     sent = sailing(vessel)
-    battery.publish(BatteryState(percentage=math.nan))
+    for unknown in (math.nan, 15.0, -0.01):  # in percent, and as some drivers show that they do not know it
+        battery.publish(BatteryState(percentage=unknown))
+        text = f"percentage of battery_state must be from 0 to 1 (got {unknown:g})"
+        bench.until(lambda text=text: text in vessel.node.status()[1])
     battery.publish(BatteryState(percentage=0.15))
     assert sent.result() == (ABORTED, Code.ENDED, "battery at 15 %, below 20 %: the vessel returns")
     assert vessel.send("follow_path", path=LEGS).result() == (ABORTED, Code.REFUSED, "battery at 15 %, below 20 %")

@@ -202,3 +202,12 @@ def test_a_mode_without_goals_or_paths_rejects_them_with_the_mode_that_takes_the
     bench.until(lambda: publisher.get_subscription_count() and follower.references)
     follower.send(message)
     follower.until_refused(node, reason)
+
+
+def test_a_path_under_another_name_is_rejected_in_mode_goal_too(bench: Any, follower: Any) -> None:
+    bench.probe.destroy_publisher(follower.paths)
+    follower.paths = bench.probe.create_publisher(Path, "plan", 10)
+    node = bench.start(ReferenceShipNode, remaps={"path": "plan"}, mode="goal", rate_hz=RATE_HZ)
+    bench.until(lambda: follower.paths.get_subscription_count() and follower.references)
+    follower.send(path((1.0, 1.0)))
+    follower.until_refused(node, "path ignored in mode goal")

@@ -135,6 +135,21 @@ def test_a_clock_that_steps_accuses_neither_velocities_nor_drives() -> None:
         assert len(of(judge(plant(healthy())), WRONG)) == 1
 
 
+@pytest.mark.parametrize("apart", [-1.7e9, -600.0, 600.0, 1.7e9])
+def test_recordings_of_two_days_in_one_are_judged_by_the_motion_without_a_gap(apart: float) -> None:
+    connection = healthy()
+
+    def later(topic: Topic) -> Topic:
+        begin = int(np.searchsorted(topic.received, 0.25 * connection.topics["/odom"].received[-1]))
+        shift = apart * (np.arange(len(topic.received)) >= begin)
+        stamps = {"stamp": topic.columns["stamp"] + shift} if "stamp" in topic.columns else {}
+        return topic._replace(received=topic.received + shift, columns={**topic.columns, **stamps})
+
+    found = judge(connection._replace(topics={name: later(topic) for name, topic in connection.topics.items()}))
+    assert not [f for f in found if f.level == WRONG and f.about in {"velocities", "positions", "compass"}]
+    assert [f.level for f in found if f.about.startswith("sign of")] == [OK, OK]
+
+
 @pytest.mark.parametrize(
     ("plant", "expected"),
     [

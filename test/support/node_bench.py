@@ -1,7 +1,7 @@
 """A ROS context, an executor and a probe for each test; the test's own thread spins until a condition holds."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, TypeVar
 
 import pytest
@@ -36,12 +36,21 @@ class Bench:
         self.executor.add_node(self.probe)
         self.nodes: list[Any] = []
 
-    def start(self, node_class: Any, lockstep: bool = True, namespace: str = "", **parameters: Any) -> Any:
+    def start(
+        self,
+        node_class: Any,
+        lockstep: bool = True,
+        namespace: str = "",
+        remaps: Mapping[str, str] | None = None,
+        **parameters: Any,
+    ) -> Any:
         """Start a node under test, in lockstep by default; `__` in the name of a parameter stands for a dot."""
         own = {"start_enabled": True, "vessel.length": 32.0, "black_box.duration": 0.0}
         values = {"lockstep": lockstep, **(own if node_class.NAME == "controller" and not lockstep else {}), **parameters}
         overrides = [Parameter(n, value=v) for n, v in {n.replace("__", "."): v for n, v in values.items()}.items()]
-        node = node_class(context=self.context, namespace=namespace, parameter_overrides=overrides)
+        renamed = [part for own, other in (remaps or {}).items() for part in ("-r", f"{own}:={other}")]
+        cli_args = ["--ros-args", *renamed] if renamed else None
+        node = node_class(context=self.context, namespace=namespace, parameter_overrides=overrides, cli_args=cli_args)
         self.nodes.append(node)
         self.executor.add_node(node)
         return node

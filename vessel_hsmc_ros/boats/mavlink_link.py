@@ -138,14 +138,17 @@ class Commands:
         self._thrusters = p.vessel.thrusters.thrusters()
         self._thrusts: dict[int, tuple[float, float]] = {}
         self._twist: tuple[float, tuple[float, float]] = -math.inf, (0.0, 0.0)
+        self._shared: tuple[str, ...] = ()  # topics of commands that do not name their publisher
         self.wrench: Any = None  # a CommandInput
         if p.form == "manual":
             self.wrench = CommandInput(node, "cmd_wrench", p.command_timeout)
             node.listen(WrenchStamped, "cmd_wrench", self.wrench.take, qos.NEWEST)
         elif p.form == "guided":
             node.listen(TwistStamped, "cmd_vel", self._on_velocity, qos.NEWEST)
+            self._shared = ("cmd_vel",)
         for topic, index, _ in p.vessel.thrusters.topics() if p.form == "channels" else ():
             node.listen(Float64, topic, partial(self._on_thrust, index), qos.NEWEST)
+            self._shared += (topic,)
         self.nothing: Shares = (0.0,) * (len(p.channels) if p.form == "channels" else 2)
 
     def _on_velocity(self, message: TwistStamped) -> None:
@@ -168,6 +171,9 @@ class Commands:
         if self.wrench is not None:
             wrench = self.wrench.present()
             return wrench and (clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0))
+        if conflict := self._node.connections.shared(*self._shared):
+            self._refuse(f"{conflict}. No command of theirs is taken")
+            return None
         if p.form == "guided":
             at, (u, r) = self._twist
             return (clip(u / p.cruise_speed, 1.0), r) if at > limit else None

@@ -22,6 +22,9 @@ RATE = 10.0  # rate of fixes that the deadline of the odometry is offered for, H
 EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading"}
 """The topic of each source of the heading, but for two antennas."""
 
+NOT_MEASURED = -1.0
+"""The first number of a covariance in an Imu message whose quantity is not measured."""
+
 BASE_LINE = 0.1, 1e3  # least and largest distance of two antennas, m: the same fix on both topics has no heading
 
 
@@ -95,7 +98,11 @@ class NavsatOdometryNode(VesselNode):
     # -- inputs -------------------------------------------------------------------------------------------------------
 
     def _on_imu(self, message: Imu) -> None:
-        self._take_heading(message.header.stamp, message.orientation, message.angular_velocity.z)
+        if message.orientation_covariance[0] == NOT_MEASURED:
+            self.refuse("imu must have an orientation (got orientation_covariance[0] = -1, which says that it has none)")
+            return
+        known = message.angular_velocity_covariance[0] != NOT_MEASURED
+        self._take_heading(message.header.stamp, message.orientation, message.angular_velocity.z if known else None)
 
     def _on_angles(self, message: Imu) -> None:
         """Take a yaw in degrees, clockwise from north, from the place of the quaternion's z, and its rate in degrees a second."""
@@ -107,20 +114,22 @@ class NavsatOdometryNode(VesselNode):
         self._heading = Heading(conversions.nanoseconds(message.header.stamp), psi, -rate)
 
     def _on_quaternion(self, message: QuaternionStamped) -> None:
-        stamp, last = conversions.nanoseconds(message.header.stamp), self._heading
-        rate = 0.0
-        if last is not None and 0 < stamp - last.stamp < NANOSECONDS:
-            q = message.quaternion
-            psi = heading_from_quaternion(q.x, q.y, q.z, q.w) + self.parameters.heading_offset
-            rate = wrap(psi - last.psi) / seconds(stamp - last.stamp)
-        self._take_heading(message.header.stamp, message.quaternion, rate)
+        self._take_heading(message.header.stamp, message.quaternion)
 
-    def _take_heading(self, stamp: Any, q: Any, rate: float) -> None:
-        if q.x == q.y == q.z == q.w == 0.0 or not all(map(math.isfinite, (q.x, q.y, q.z, q.w, rate))):
+    def _take_heading(self, at: Any, q: Any, rate: float | None = None) -> None:
+        """Take an orientation; without a yaw rate, that since the last one counts."""
+        if q.x == q.y == q.z == q.w == 0.0 or not all(map(math.isfinite, (q.x, q.y, q.z, q.w, rate or 0.0))):
             self.refuse("orientation must be a quaternion of length 1 (got one that is not filled in, or not finite)")
             return
-        psi = heading_from_quaternion(q.x, q.y, q.z, q.w) + self.parameters.heading_offset
-        self._heading = Heading(conversions.nanoseconds(stamp), psi, rate)
+        psi, stamp = heading_from_quaternion(q.x, q.y, q.z, q.w) + self.parameters.heading_offset, conversions.nanoseconds(at)
+        self._heading = Heading(stamp, psi, self._rate_since(stamp, psi) if rate is None else rate)
+
+    def _rate_since(self, stamp: int, psi: float) -> float:
+        """The yaw rate since the last heading, rad/s; zero where that is a second old."""
+        last = self._heading
+        if last is None or not 0 < stamp - last.stamp < NANOSECONDS:
+            return 0.0
+        return wrap(psi - last.psi) / seconds(stamp - last.stamp)
 
     def _on_second_fix(self, message: NavSatFix) -> None:
         if self._is_good(message, "fix_2") and (self._plane is None or self._is_near(self._plane, message, "fix_2")):
@@ -226,10 +235,8 @@ class NavsatOdometryNode(VesselNode):
             self.refuse(f"fix and fix_2 must be {BASE_LINE[0]:g} m to {BASE_LINE[1]:g} m apart (got {apart:.3g} m): one antenna?")
             return None
         psi = math.atan2(other.y - first.y, other.x - first.x) - first.convergence - self.parameters.heading_offset
-        last, self._heading = self._heading, Heading(stamp, psi, 0.0)
-        if last is None or not 0 < stamp - last.stamp < NANOSECONDS:
-            return self._heading
-        return Heading(stamp, psi, wrap(psi - last.psi) / seconds(stamp - last.stamp))
+        self._heading = Heading(stamp, psi, self._rate_since(stamp, psi))
+        return self._heading
 
     def _publish(self, plane: Plane, fix: NavSatFix, stamp: int, heading: Heading) -> None:
         place, (ahead, port) = plane.place(fix.latitude, fix.longitude), self.parameters.antenna
@@ -254,14 +261,14 @@ class NavsatOdometryNode(VesselNode):
 
     def _velocity_at(self, stamp: int) -> tuple[float, float]:
         """Velocity to the east and to the north; zero if none is measured."""
-        if self._velocity is None:
-            return 0.0, 0.0
-        at, east, north = self._velocity
-        if abs(stamp - at) > self.parameters.timeout * NANOSECONDS:
+        if self._velocity is not None:
+            at, east, north = self._velocity
+            if abs(stamp - at) <= self.parameters.timeout * NANOSECONDS:
+                return east, north
             self._velocity = None
-            self.refuse(f"no velocity for {self.parameters.timeout:g} s: the odometry has none")
-            return 0.0, 0.0
-        return east, north
+        if self.parameters.velocity != "none":
+            self.refuse(f"no velocity within {self.parameters.timeout:g} s of the fix: the odometry has none")
+        return 0.0, 0.0
 
     # -- services and diagnostics -------------------------------------------------------------------------------------
 

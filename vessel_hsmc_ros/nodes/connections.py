@@ -66,7 +66,7 @@ class Connections:
 
     def allow_one_publisher(self, topic: str) -> None:
         """Let `conflict` report a second publisher of a topic."""
-        self._exclusive.append(self._node.resolve_topic_name(topic))
+        self._exclusive.append(topic)
 
     def conflict(self) -> str:
         """Which topic has more publishers than the one it takes; empty when none has."""
@@ -74,9 +74,9 @@ class Connections:
 
     def shared(self, *topics: str) -> str:
         """Which of some topics has more than one publisher; empty when none has."""
-        for topic in topics:
+        for topic in map(self._node.resolve_topic_name, topics):  # the graph has the names after remapping
             if (publishers := self._node.count_publishers(topic)) > 1:
-                return shared_text(self._node, self._node.resolve_topic_name(topic), publishers)
+                return shared_text(self._node, topic, publishers)
         return ""
 
     def missing(self) -> list[str]:

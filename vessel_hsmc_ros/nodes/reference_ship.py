@@ -236,7 +236,7 @@ class ReferenceShipNode(VesselNode):
         """Subscribe to goals or paths that the mode does not use once they have a publisher, to reject them with a reason."""
         # A subscription from the start would add empty topics to the graph and to every bag.
         for mode, (kind, topic) in list(self._unused.items()):
-            if self.count_publishers(topic):
+            if self.count_publishers(self.resolve_topic_name(topic)):
                 del self._unused[mode]
                 self.create_subscription(kind, topic, partial(self._reject, mode, topic), qos.STREAM)
 

@@ -25,6 +25,7 @@ from vessel_hsmc_ros.scenario.parameter_groups import ActionParameters
 
 OLD = 1.0  # age from which on odometry does not count, s
 REASONS = {int(reason): reason for reason in Reason}
+FULL = 1.1  # largest charge that a battery may state: some count above 1, and those in percent far above
 SILENT = 3.0  # silence after which a controller counts as gone, s
 
 
@@ -100,7 +101,7 @@ class VesselSight:
     def battery(self) -> str:
         """That the battery is low; empty if it is not, or not known."""
         message = self._battery.read() if self._battery else None
-        if message is None or not message.percentage < self._p.battery:  # NaN is unknown
+        if message is None or not 0.0 <= message.percentage < self._p.battery:  # NaN is unknown, and below 0 for some drivers
             return ""
         return f"battery at {100.0 * message.percentage:.0f} %, below {100.0 * self._p.battery:.0f} %"
 
@@ -118,7 +119,9 @@ class VesselSight:
         message = self._battery.read()
         if message is None:
             return "no battery_state has been received"
-        return "battery_state has no percentage" if math.isnan(message.percentage) else ""
+        if not 0.0 <= message.percentage <= FULL:
+            return f"percentage of battery_state must be from 0 to 1 (got {message.percentage:g}): the charge is not known"
+        return ""
 
 
 class ObservedVessel:

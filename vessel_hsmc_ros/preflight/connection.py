@@ -223,6 +223,7 @@ def offset_cause(ahead: float) -> str:
 
 
 BLOCK = 1.0  # length of the blocks whose means are compared, s
+GAP = 10.0  # time without odometry after which a motion is another one, s
 
 
 class Samples(NamedTuple):
@@ -233,12 +234,12 @@ class Samples(NamedTuple):
 
 
 def motions_of(connection: Connection) -> Samples | None:
-    """The measured motion of a connection, with velocities along the hull; None without one."""
+    """The measured motion of a connection, with velocities along the hull: its longest part without a gap; None without one."""
     state, twist = connection.of("odometry", "pose"), connection.of("twist")
     if state is None or "x" not in state.columns or len(state.received) < 3:
         return None
     times = times_of(state)
-    keep = np.concatenate(([True], np.diff(times) > 0.0))
+    keep = longest_part(times)
     columns = [state.columns[name] for name in ("x", "y", "psi")]
     source = twist if twist is not None else state
     if "u" not in source.columns:
@@ -246,11 +247,19 @@ def motions_of(connection: Connection) -> Samples | None:
     at = times if source is state else times_of(source)
     columns += [np.interp(times, at, source.columns[name]) if source is not state else source.columns[name] for name in "uvr"]
     motions = np.column_stack(columns).astype(float)[keep]
-    if not np.isfinite(motions).all():
+    if len(motions) < 3 or not np.isfinite(motions).all():
         return None
     if connection.twist_frame == "parent":
         motions = along_hull(motions)
     return Samples(times[keep], motions)
+
+
+def longest_part(times: Array) -> Array:
+    """Where the samples are of the longest part without a gap or a step of the clock, in the order of their times."""
+    part = np.cumsum(np.abs(np.diff(times, prepend=times[0])) > GAP)
+    inside = part == np.bincount(part).argmax()
+    latest = np.maximum.accumulate(np.where(inside, times, -math.inf))
+    return np.asarray(inside & (times > np.concatenate(([-math.inf], latest[:-1]))))
 
 
 def along_hull(motions: Array, back: bool = False) -> Array:

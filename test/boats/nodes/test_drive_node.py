@@ -1,6 +1,7 @@
 """The forms of command: values and limits, the time-out with its ramp, the stop, and zero at the end."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -144,13 +145,14 @@ class Pulses:
 
     NAMES = ("port", "starboard")
 
-    def __init__(self, bench: Any, **pwm: Any) -> None:
+    def __init__(self, bench: Any, remaps: Mapping[str, str] | None = None, /, **pwm: Any) -> None:
         self.bench = bench
         topics = [f"thrusters/{name}" for name in self.NAMES]
         self.received = [bench.collect(UInt16, f"{topic}/pwm", qos_profile_sensor_data) for topic in topics]
-        self.commands = [bench.publisher(Float64, f"{topic}/thrust", lockstep=False) for topic in topics]
+        self.thrusts = [(remaps or {}).get(f"{topic}/thrust", f"{topic}/thrust") for topic in topics]
+        self.commands = [bench.publisher(Float64, topic, lockstep=False) for topic in self.thrusts]
         given = {"ramp_time": RAMP, "rate_hz": RATE, "command_timeout": 0.3, **{f"pwm.{name}": v for name, v in pwm.items()}}
-        self.node = bench.start(DriveNode, lockstep=False, form="pwm", **given)
+        self.node = bench.start(DriveNode, lockstep=False, remaps=remaps, form="pwm", **given)
         bench.until(lambda: self.node.connected and all(each.get_subscription_count() for each in self.commands))
 
     def values(self) -> list[tuple[int, int]]:
@@ -193,6 +195,15 @@ def test_pulse_widths_are_neutral_after_a_stop_and_without_the_thrust_of_one_thr
 
     bench.until(one_alone)
     assert stack.node.diagnostic_tasks()[1].values["refused"] > 0
+
+
+@pytest.mark.parametrize("remaps", [{}, {"thrusters/port/thrust": "wamv/left/thrust"}])
+def test_thrusts_of_two_publishers_are_not_mixed_also_under_another_name(bench: Any, remaps: dict[str, str]) -> None:
+    stack = Pulses(bench, remaps)
+    stack.until((1900, 1900), (50.0, 50.0))
+    bench.publisher(Float64, stack.thrusts[0], lockstep=False)
+    stack.until((1500, 1500), (50.0, 50.0))
+    assert f"/{stack.thrusts[0]} has 2 publishers" in stack.node.diagnostic_tasks()[1].message
 
 
 def test_the_last_command_at_the_end_is_zero(bench: Any) -> None:

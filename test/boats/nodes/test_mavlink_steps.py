@@ -127,6 +127,15 @@ def test_the_law_and_its_safe_action_reach_the_autopilot(boat: Any, operation: i
     assert made.step(operation)[-1] == FULL["manual"]
 
 
+@pytest.mark.parametrize("form", ["channels", "guided"])
+def test_commands_of_two_publishers_are_not_mixed(boat: Any, form: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = boat(form).driven()
+    topic = "/cmd_vel" if form == "guided" else "/thrusters/right/thrust"
+    monkeypatch.setattr(made.node, "count_publishers", lambda name: 1 + (name == topic))
+    assert made.step(ACTIVE, 10)[0] == ZERO[form]
+    assert f"{topic} has 2 publishers and may have one" in made.node.status()[1]
+
+
 @pytest.mark.parametrize("form", FULL)
 @pytest.mark.parametrize("operation", [STANDBY, STOPPED])
 def test_a_controller_in_standby_or_stopped_leaves_the_autopilot_to_others(boat: Any, form: str, operation: int) -> None:

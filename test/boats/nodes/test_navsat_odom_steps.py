@@ -14,6 +14,7 @@ from vessel_hsmc_ros.boats.navsat_odom import NavsatOdometryNode
 from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import OK
 
 DATUM, TIMEOUT = (-33.9, 18.4), 0.5
 
@@ -181,6 +182,39 @@ def test_a_velocity_counts_for_the_time_out_and_again_when_it_returns(receiver: 
             speeds.append(made.answer(made.fix())[3:5])
         assert speeds[:4] == [pytest.approx((0.8, 0.6), abs=1e-6)] * 4
         assert speeds[5:] == [(0.0, 0.0)] * 3
+
+
+@pytest.mark.parametrize("velocity", ["none", "twist", "course"])
+def test_a_velocity_that_is_declared_and_does_not_come_is_reported_for_as_long_as_that_lasts(
+    receiver: Any, velocity: str
+) -> None:
+    made = receiver(velocity=velocity)
+    for _ in range(3):
+        made.node.problem.report(OK, "")
+        made.wait(10.0)
+        made.imu(0.0)
+        assert made.answer(made.fix())[3:5] == (0.0, 0.0)
+        assert ("no velocity within 0.5 s of the fix" in made.node.status()[1]) == (velocity != "none")
+
+
+def test_an_imu_that_declares_its_orientation_as_not_measured_gives_no_heading(receiver: Any) -> None:
+    made = receiver()
+    message = made.stamped(Imu())
+    message.orientation.w, message.orientation_covariance[0] = 1.0, -1.0  # as REP-145 has it; the quaternion is a heading of 0
+    made.node._on_imu(message)
+    assert "imu must have an orientation" in made.node.status()[1]
+    assert made.answer(made.fix()) is None
+
+
+def test_the_yaw_rate_of_an_imu_that_does_not_measure_it_is_that_of_its_headings(receiver: Any) -> None:
+    made = receiver()
+    for k in range(3):
+        made.wait(0.1)
+        message = made.stamped(Imu())
+        message.orientation.z, message.orientation.w = math.sin(0.01 * k), math.cos(0.01 * k)
+        message.angular_velocity_covariance[0] = -1.0
+        made.node._on_imu(message)
+        assert made.answer(made.fix())[5] == pytest.approx(0.2 * bool(k), abs=1e-6)
 
 
 @pytest.mark.parametrize("silent", ["course", "speed"])
