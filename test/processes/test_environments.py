@@ -69,6 +69,20 @@ def test_a_run_of_the_nodes_works_in_the_c_locale_with_closed_standard_input(tmp
     assert b"run folder: " in done.stdout
 
 
+@pytest.mark.parametrize("arguments", [["vessels"], ["parameters", "--json"], ["scenarios", "case2_tracking"], ["--help"]])
+def test_output_to_a_full_disk_ends_with_a_line_and_exit_code_1(arguments: list[str]) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run([BIN / "vessel-hsmc", *arguments], stdout=full, stderr=subprocess.PIPE, timeout=120.0, check=False)
+    assert done.returncode == 1
+    assert done.stderr == b"error: the output: No space left on device\n"
+
+
+def test_a_terminal_of_unknown_width_has_tables_too() -> None:
+    environment = {**os.environ, "COLUMNS": "0"}
+    done = subprocess.run([BIN / "vessel-hsmc", "vessels"], capture_output=True, timeout=120.0, env=environment, check=True)
+    assert b"otter" in done.stdout
+
+
 def on_a_terminal(arguments: list[str], folder: Path, **environment: str) -> str:
     """The output of a command on a pseudo-terminal; it must exit with 0."""
     controller, terminal = pty.openpty()

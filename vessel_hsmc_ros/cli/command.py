@@ -166,6 +166,9 @@ def execute() -> int:
     except ModuleNotFoundError as error:  # a verb imports its libraries when it is called
         print_error(missing_module(error))
         return FAILED
+    except OSError as error:  # such as that of a full disk, to which the output goes
+        print_error(f"{error.filename or 'the output'}: {error.strerror or error}")
+        return FAILED
     except VesselHsmcError as error:
         print_error(str(error))
         return WRONG_USE if isinstance(error, ParameterError | ScenarioError | NoBagError) else FAILED

@@ -1,6 +1,7 @@
 """The entry point of `vessel-hsmc`: it prepares signals and standard streams before it imports the command."""
 
 import io
+import os
 import sys
 
 from vessel_hsmc_ros.cli.interrupts import exit_at_interrupt, ignore_interrupts
@@ -13,6 +14,8 @@ def main() -> int:
     from vessel_hsmc_ros.core.exceptions import InstallationError
     from vessel_hsmc_ros.core.install_paths import require
 
+    if os.environ.get("COLUMNS") == "0":  # a terminal of unknown width, in which tables would be empty
+        del os.environ["COLUMNS"]
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # where its encoding lacks a character, such as that of a unit
