@@ -138,6 +138,7 @@ POINTS = 1500  # approximate number of points of a line
 COLUMNS, SIZE = 2, (5.2, 3.8)  # of a picture: diagrams side by side; width and height of each, inches
 TITLE_WIDTH = 44  # longest line of the title of a diagram in a picture, characters
 LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
+SYMBOLS = {"x": "X", "square": "s", "diamond": "D", "star": "*"}
 COLOUR_MAP = "viridis_r"  # Viridis reversed, of matplotlib
 PIXEL = 0.75  # size of a pixel of a page, points
 
@@ -183,6 +184,18 @@ def line(x: Array, y: Array, name: str, colour: str, mode: str = "lines", **look
     }
 
 
+def points(x: Array, y: Array, name: str, colour: str, symbol: str = "circle", size: float = 6.0) -> Figure:
+    """Points of one colour; without a name they have no entry in the legend."""
+    marker = {"color": colour, "symbol": symbol, "size": size, "line": {"color": "--card", "width": 0.8 * (size > 6.0)}}
+    return {**line(x, y, name, colour, "markers"), "x": numbers(x), "y": numbers(y), "marker": marker}
+
+
+def level(y: float, colour: str = "--limit") -> Figure:
+    """A dashed line at a value of the ordinate, one of the `shapes` of a layout."""
+    look = {"color": colour, "width": 1.2, "dash": "dash"}
+    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": y, "y1": y, "line": look}
+
+
 def numbers(values: Array) -> list[float | None]:
     """Numbers for JSON, which has none that is not finite."""
     return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, float).tolist()]
@@ -219,14 +232,18 @@ def _draw(panel: "Axes", drawn: Figure) -> None:
             look = {"vmin": trace["zmin"], "vmax": trace["zmax"], "cmap": COLOUR_MAP}
             shaded = panel.pcolormesh(x, y, np.array(trace["z"], float), **look), trace["colorbar"]
         elif trace["mode"] == "markers":
-            shaded = _draw_points(panel, np.array(x, float), np.array(y, float), trace["marker"]) or shaded
+            shaded = _draw_points(panel, np.array(x, float), np.array(y, float), trace) or shaded
         else:
             _draw_line(panel, trace, below)
         below = y
     for shape in drawn["layout"].get("shapes", ()):
-        panel.axvline(shape["x0"], color=page_colour(shape["line"]["color"]), lw=1.0, ls="--", label="limit")
-    if panel.get_legend_handles_labels()[0]:
-        panel.legend(loc="lower left")
+        look = {"color": page_colour(shape["line"]["color"]), "lw": 1.0, "ls": "--"}
+        if shape.get("xref") == "paper":
+            panel.axhline(shape["y0"], **look)
+        else:
+            panel.axvline(shape["x0"], label="limit", **look)
+    if drawn["layout"]["showlegend"] or "shapes" in drawn["layout"]:
+        panel.legend(loc="best")
     if shaded is not None:
         points, bar = shaded
         scale = panel.figure.colorbar(points, ax=panel, label=bar["title"]["text"])
@@ -246,13 +263,14 @@ def _draw_line(panel: "Axes", trace: Figure, below: Any) -> None:
         panel.plot(x, np.array(y, float), color=page_colour(look["color"]), lw=1.4, marker=marker, ms=4, **style)
 
 
-def _draw_points(panel: "Axes", x: Array, y: Array, marker: Figure) -> Any:
+def _draw_points(panel: "Axes", x: Array, y: Array, trace: Figure) -> Any:
     """Draw points; returns them with the bar of their colours, None if they have one colour."""
-    look: Any = {"marker": {"x": "X", "square": "s"}.get(marker["symbol"], "o"), "s": (PIXEL * marker["size"]) ** 2}
-    if isinstance(marker["color"], str):
-        panel.scatter(x, y, color=page_colour(marker["color"]), **look)
-        return None
+    marker = trace["marker"]
+    look: Any = {"marker": SYMBOLS.get(marker["symbol"], "o"), "s": (PIXEL * marker["size"]) ** 2, "label": trace.get("name")}
     look |= {"linewidths": PIXEL * marker["line"]["width"], "edgecolors": page_colour(marker["line"]["color"])}
+    if isinstance(marker["color"], str):
+        panel.scatter(x, y, color=page_colour(marker["color"]), zorder=3, **look)
+        return None
     shade = {"c": np.array(marker["color"], float), "vmin": marker["cmin"], "vmax": marker["cmax"], "cmap": COLOUR_MAP}
     return panel.scatter(x, y, **shade, **look), marker["colorbar"]
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.report.diagrams import css_variables
+from vessel_hsmc_ros.report.diagrams import Figure, css_variables
 from vessel_hsmc_ros.report.panels import Buckets, Line, buckets, thin, thin_time
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
@@ -40,6 +40,7 @@ class Section(NamedTuple):
     texts: int = 1  # how many columns of the table on the left are text; the others are numbers
     prose: bool = False  # whether the last column is text too
     marked: Collection[str] = ()  # first cells of the lines that are emphasised
+    figures: Sequence[Figure] = ()  # diagrams
 
     @property
     def source(self) -> str:
@@ -72,11 +73,15 @@ def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence
 
 
 def render_sections(title: str, about: Sequence[str], sections: Sequence[Section], findings: Sequence[str] = ()) -> str:
-    """Render a page of pictures and tables.
+    """Render a page of diagrams, pictures and tables.
 
     `findings`: sentences that stand before them: verdicts, warnings.
     """
-    return render("report/sections.html", title, about, scripts=("theme.js", "static.js"), sections=sections, findings=findings)
+    drawn = any(section.figures for section in sections)
+    scripts = (*DIAGRAM_SCRIPTS, "sections.js") if drawn else ("theme.js", "static.js")
+    content = {"figures": [section.figures for section in sections]} if drawn else None
+    values: dict[str, Any] = {"sections": sections, "findings": findings, "drawn": drawn}
+    return render("report/sections.html", title, about, scripts=scripts, content=content, **values)
 
 
 @contextmanager

@@ -1,12 +1,14 @@
 // Draws the complete figures of a page into their places, in the present theme; returns the content of the page.
-async function drawFigures(figureOf) {
+// A place names its figure by keys, such as "map 0".
+async function drawFigures() {
   const content = JSON.parse(document.getElementById("content").textContent);
   const library = document.createElement("script");
   library.textContent = new TextDecoder().decode(await inflate("library"));
   document.head.append(library);
   const colours = makeColours();
   const places = [...document.querySelectorAll("[data-figure]")];
-  const drawAll = () => places.forEach((element) => draw(figureOf(content, element.dataset.figure), element, colours));
+  const figureOf = (place) => place.split(" ").reduce((part, key) => part[key], content.figures);
+  const drawAll = () => places.forEach((element) => draw(figureOf(element.dataset.figure), element, colours));
   drawAll();
   listenToTheme(colours, drawAll);
   return { content, places };

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, run_colour, spans
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, points, run_colour, spans
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, opened, write_sweep_rows
@@ -263,8 +263,7 @@ def _curve(results: Results, metric: str) -> Figure:
         x, y = _drawn(runs, name)[1].astype(float), _metric(runs, metric, results)[1]
         traces.append(line(x, y, law, colour(results, law), "lines+markers"))
         if (lost := ~np.isfinite(y)).any():
-            crosses = line(x[lost], np.full(int(lost.sum()), 1.1 * top), "", colour(results, law), "markers")
-            traces.append({**crosses, "marker": {"color": "--limit", "size": 10, "symbol": "x"}})
+            traces.append(points(x[lost], np.full(int(lost.sum()), 1.1 * top), "", "--limit", "x", 10.0))
     return {"title": axis.name, "traces": traces, "layout": layout(over, axis._replace(name=""), legend=len(traces) > 1)}
 
 

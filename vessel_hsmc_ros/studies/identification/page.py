@@ -7,9 +7,8 @@ p(L) are the predicted positions with a constant force in the earth frame beside
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import yaml
@@ -20,13 +19,10 @@ from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.plant.dynamics import VesselParameters
-from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, REFERENCE, SHIP, figure
+from vessel_hsmc_ros.report.diagrams import POINTS, Axis, Figure, layout, level, line, numbers
 from vessel_hsmc_ros.report.page_kit import Section, render_sections
 from vessel_hsmc_ros.scenario.parameters_file import tree
 from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, Prediction, predict
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 COMPONENTS = ("force_x", "force_y")
 
@@ -141,12 +137,12 @@ def render(name: str, runs: Sequence[Measurements], found: Identified, held_out:
     ]
     if found.unidentifiable:
         sections.append(Section("Held parameters", head=["parameter", "why"], lines=found.unidentifiable, prose=True))
-    sections += [Section(f"Held out: {each.run.name}", picture=prediction_picture(each.prediction)) for each in held_out]
+    sections += [Section(f"Held out: {each.run.name}", figures=prediction_figures(each.prediction)) for each in held_out]
     for run, prediction in zip(runs, found.predictions, strict=True):
-        sections.append(Section(f"Used: {run.name}", picture=prediction_picture(prediction)))
+        sections.append(Section(f"Used: {run.name}", figures=prediction_figures(prediction)))
     sections += [
-        Section("Residuals", RESIDUALS_TEXT, residuals_picture([run.time for run in runs], found)),
-        Section("Correlations", CORRELATIONS_TEXT, correlation_picture(found)),
+        Section("Residuals", RESIDUALS_TEXT, figures=residual_figures([run.time for run in runs], found)),
+        Section("Correlations", CORRELATIONS_TEXT, figures=[correlation_figure(found)]),
     ]
     findings = [*found.warnings, *explanations(found, held_out)]
     return render_sections(f"Identification of {name}", [_about(runs, found)], sections, findings)
@@ -216,27 +212,27 @@ def _about(runs: Sequence[Measurements], found: Identified) -> str:
 COLUMNS = (("surge velocity", "m/s", 1.0), ("sway velocity", "m/s", 1.0), ("yaw rate", "°/s", 180.0 / np.pi))
 STATES = (("x", "m", 1.0), ("y", "m", 1.0), ("heading", "°", 180.0 / np.pi), *COLUMNS)
 
-MAX_POINTS = 4000  # largest number of points of a drawn line
+MEASURED, SIMULATED = "--shared", "--run-0"
 
 
-def prediction_picture(prediction: Prediction) -> bytes:
-    """Track and velocities, measured and simulated window by window, as PNG."""
-    keep = slice(None, None, max(len(prediction.time) // MAX_POINTS, 1))
+def prediction_figures(prediction: Prediction) -> list[Figure]:
+    """Track and velocities, measured and simulated window by window."""
+    keep = slice(None, None, max(len(prediction.time) // POINTS, 1))
     time, measured, simulated = (values[keep] for values in (prediction.time, prediction.measured, prediction.simulated))
     broken = _broken(time, simulated, prediction.starts)
-    with figure(content := BytesIO(), 10.0, 5.4) as picture:
-        grid = picture.add_gridspec(3, 2, width_ratios=(1.0, 1.6))
-        track = picture.add_subplot(grid[:, 0])
-        _lines(track, measured[:, 0], measured[:, 1], broken[:, 0], broken[:, 1])
-        track.set(xlabel="x [m]", ylabel="y [m]", aspect="equal", adjustable="datalim")
-        track.legend(loc="upper right")
-        panel: Any = None
-        for i, (name, unit, factor) in enumerate(COLUMNS):
-            panel = picture.add_subplot(grid[i, 1], sharex=panel)
-            _lines(panel, time, factor * measured[:, 3 + i], time, factor * broken[:, 3 + i])
-            panel.set(ylabel=f"{name} [{unit}]")
-        panel.set(xlabel="time [s]")
-    return content.getvalue()
+
+    def drawn(x: Axis, y: Axis, *lines: tuple[Array, Array]) -> Figure:
+        looks = (("measured", MEASURED, 4.0), ("simulated", SIMULATED, 1.6))
+        traces = [line(*values, name, colour, width=width) for values, (name, colour, width) in zip(lines, looks, strict=True)]
+        return {"title": y.name, "traces": traces, "layout": layout(x, y, legend=True)}
+
+    track = drawn(Axis("x [m]"), Axis("y [m]"), (measured[:, 0], measured[:, 1]), (broken[:, 0], broken[:, 1]))
+    track["layout"]["yaxis"] |= {"scaleanchor": "x"}
+    velocities = [
+        drawn(Axis("time [s]"), Axis(f"{name} [{unit}]"), (time, factor * measured[:, i]), (time, factor * broken[:, i]))
+        for i, (name, unit, factor) in enumerate(COLUMNS, 3)
+    ]
+    return [{**track, "title": "Track"}, *velocities]
 
 
 def _broken(time: Array, simulated: Array, starts: Array) -> Array:
@@ -246,47 +242,33 @@ def _broken(time: Array, simulated: Array, starts: Array) -> Array:
     return gaps
 
 
-def _lines(panel: "Axes", x: Array, y: Array, simulated_x: Array, simulated_y: Array) -> None:
-    panel.plot(x, y, color=NEUTRAL, lw=2.4, alpha=0.6, label="measured")
-    panel.plot(simulated_x, simulated_y, color=SHIP, lw=1.1, label="simulated")
-
-
-def residuals_picture(times: Sequence[Array], found: Identified) -> bytes:
-    """Residuals of all measured states over time, one run after the other, with twice their standard deviation, as PNG.
+def residual_figures(times: Sequence[Array], found: Identified) -> list[Figure]:
+    """Residuals of all measured states over time, one run after the other, with twice their standard deviation.
 
     `times`: time of each run, (n,), s.
     """
-    with figure(content := BytesIO(), 10.0, 4.2) as picture:
-        panels = picture.subplots(2, 3, sharex=True).ravel()
-        for i, (panel, (name, unit, factor)) in enumerate(zip(panels, STATES, strict=True)):
-            begin = 0.0
-            for time, residual in zip(times, found.residuals, strict=True):
-                keep = slice(None, None, max(len(time) // MAX_POINTS, 1))
-                panel.plot((begin + time - time[0])[keep], (factor * residual[:, i])[keep], color=SHIP, lw=0.5)
-                begin += float(time[-1] - time[0])
-            for side in (-2.0, 2.0):
-                panel.axhline(side * factor * found.noise[i], color=REFERENCE, lw=0.9, ls="--")
-            panel.set(ylabel=f"{name} [{unit}]")
-        for panel in panels[3:]:
-            panel.set(xlabel="time [s]")
-    return content.getvalue()
+    begins = np.cumsum([0.0, *(time[-1] - time[0] for time in times)])
+    along = np.concatenate([begin + time - time[0] for begin, time in zip(begins, times, strict=False)])
+    figures = []
+    for i, (name, unit, factor) in enumerate(STATES):
+        residual = factor * np.concatenate([each[:, i] for each in found.residuals])
+        drawn = layout(Axis("time [s]"), Axis(f"{name} [{unit}]"))
+        drawn["shapes"] = [level(side * factor * found.noise[i], "--run-1") for side in (-2.0, 2.0)]
+        figures.append({"title": name, "traces": [line(along, residual, name, SIMULATED, width=1.0)], "layout": drawn})
+    return figures
 
 
-def correlation_picture(found: Identified) -> bytes:
-    """The correlations of the estimates as PNG."""
+def correlation_figure(found: Identified) -> Figure:
+    """The correlations of the estimates."""
     names = list(found.standard_errors)
-    size = 3.2 + 0.28 * len(names)
-    with figure(content := BytesIO(), size + 1.0, size) as picture:
-        panel = picture.subplots()
-        image = panel.imshow(found.correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
-        panel.set_xticks(range(len(names)), names, rotation=90)
-        panel.set_yticks(range(len(names)), names)
-        panel.grid(visible=False)
-        for i, j in zip(*np.nonzero(np.abs(found.correlation) >= 0.9), strict=True):
-            if i != j:
-                panel.text(j, i, f"{found.correlation[i, j]:.2f}", ha="center", va="center", fontsize=6, color=INK)
-        picture.colorbar(image, shrink=0.7)
-    return content.getvalue()
+    hover = "%{y}<br>%{x}<br>%{z:.2f}<extra></extra>"
+    colours = {"colorscale": "RdBu", "zmin": -1.0, "zmax": 1.0, "colorbar": {"thickness": 12, "outlinewidth": 0}}
+    cells = [numbers(row) for row in found.correlation]
+    trace = {"type": "heatmap", "x": names, "y": names, "z": cells, "hovertemplate": hover, **colours}
+    drawn = layout(Axis(""), Axis(""), 130 + 24 * len(names))
+    drawn["xaxis"] |= {"automargin": True}
+    drawn["yaxis"] |= {"automargin": True, "autorange": "reversed"}
+    return {"title": "Correlations of the estimates", "traces": [trace], "layout": drawn}
 
 
 LIMITS = {"surge_force_limit": 0, "yaw_moment_limit": 2}  # limits of the propulsion with their columns of the wrench

@@ -232,7 +232,7 @@ def render(results: Results, scenarios: Path) -> str:
         "studies/manoeuvres/manoeuvres.html",
         f"Standard manoeuvres: {ship.name}",
         about,
-        scripts=(*page_kit.DIAGRAM_SCRIPTS, "studies/manoeuvres/manoeuvres.js"),
+        scripts=(*page_kit.DIAGRAM_SCRIPTS, "sections.js"),
         content={"figures": figures},
         titles=TITLES,
         manoeuvres=results.manoeuvres,

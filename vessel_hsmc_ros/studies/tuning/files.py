@@ -6,21 +6,18 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vessel_hsmc_ros.report.diagrams import LIMIT, NEUTRAL, SERIES, figure
+from vessel_hsmc_ros.core.kernel import Array
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, level, line, points, spans
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.tables import METRICS, label, text
 from vessel_hsmc_ros.scenario.parameters_file import dump_parameters
 from vessel_hsmc_ros.scenario.run_folder import provenance
 from vessel_hsmc_ros.studies.tuning.plan import LAW, NODE, PENALTY, Case, Cost, Evaluation, Gain
 from vessel_hsmc_ros.studies.tuning.result import Result, verdict
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 BEST = "best.yaml"
 
@@ -40,9 +37,13 @@ def write(folder: Path, result: Result) -> dict[str, Path]:
         files["gains"].write_text(gains_file(result), encoding="utf-8")
         write_trials(files["trials"], result)
         files["summary"].write_text(json.dumps(summary(result), indent=2) + "\n", encoding="utf-8")
-        draw_front(files["front"], result)
-        draw_search(files["search"], result)
-        files["page"].write_text(render(result, [files["front"], files["search"]]), encoding="utf-8")
+        front, search = (
+            [front_figure(result)],
+            [course_figure(result), *(gain_figure(each, result) for each in result.tuning.gains)],
+        )
+        draw(files["front"], front)
+        draw(files["search"], search)
+        files["page"].write_text(render(result, front, search), encoding="utf-8")
     return files
 
 
@@ -105,16 +106,15 @@ MAX_LISTED_RUNS = 60  # largest number of cases, and of trials of the front, tha
 Lines = list[list[str]]
 
 
-def render(result: Result, pictures: Sequence[Path]) -> str:
+def render(result: Result, front: Sequence[Figure], search: Sequence[Figure]) -> str:
     """The page, with everything in it."""
-    front, search = (path.read_bytes() for path in pictures)
     tuning = result.tuning
     metric = label(tuning.objective.metric)
     sections = [
         Section("Gains", head=GAINS_HEAD, lines=gains_table(result), prose=True),
-        Section("Cost against effort", FRONT_TEXT, front),
+        Section("Cost against effort", FRONT_TEXT, figures=front),
         _front(result),
-        Section("The search", _pruned(result), search),
+        Section("The search", _pruned(result), figures=search),
         _cases(f"Cases: {metric}", result, tuning.cases, result.present, result.tuned),
     ]
     if result.differs:
@@ -204,95 +204,68 @@ def _cell(evaluation: Evaluation, index: int, metric: str) -> str:
     return "failed" if evaluation.failures[index] else text(metric, float(evaluation.values[index, 0]))
 
 
-PRESENT, TUNED, FRONT = SERIES[1], SERIES[2], SERIES[0]
+PRESENT, TUNED, FRONT, TRIAL = "--run-1", "--run-2", "--run-0", "--shared"
 
-COLUMNS = 4  # largest number of panels in a row of the gains
-LOGARITHMIC_RATIO = 10.0  # ratio of the largest to the smallest value from which on an axis is logarithmic
 MAX_SHOWN_RATIO = 30.0  # trials with more than this multiple of the smallest cost or effort are drawn at the edge
 
 
-def draw_front(path: Path, result: Result) -> None:
-    """Draw cost against effort: all trials, the front, the present and the tuned gains."""
-    with figure(path, 7.2, 4.8) as picture:
-        panel = picture.subplots()
-        costs = [trial.cost for trial in result.trials if trial.cost is not None]
-        ends = [_end([cost[i] for cost in (*costs, result.present.cost)]) for i in (0, 1)]
+def front_figure(result: Result) -> Figure:
+    """Cost against effort: all trials, the front, the present and the tuned gains."""
+    costs = [trial.cost for trial in result.trials if trial.cost is not None]
+    ends = [_end([cost[i] for cost in (*costs, result.present.cost)]) for i in (0, 1)]
 
-        def points(shown: Sequence[Cost]) -> NDArray[np.float64]:
-            """Effort and cost, (2, n)."""
-            return np.minimum([cost[:2] for cost in shown], ends).T[::-1]
+    def efforts_and_costs(shown: Sequence[Cost]) -> tuple[Array, Array]:
+        cost, effort = np.minimum([cost[:2] for cost in shown], ends).T
+        return effort, cost
 
-        panel.plot(*points(costs), ".", color=NEUTRAL, ms=5, label="trials")
-        front = [trial.cost for trial in result.front[::-1] if trial.cost is not None]
-        panel.step(*points(front), "o-", where="post", color=FRONT, ms=5, lw=1.2, label="front of trade-offs")
-        _mark(panel, points([result.present.cost]), "D", PRESENT, "present gains")
-        _mark(panel, points([result.tuned.cost]), "*", TUNED, "tuned gains")
-        _scale(panel, points(costs))
-        objective = result.tuning.objective
-        panel.set(xlabel=f"effort: {METRICS[objective.second][0]}", ylabel=f"cost: {METRICS[objective.metric][0]}")
-        panel.legend(loc="best")
-
-
-def draw_search(path: Path, result: Result) -> None:
-    """Draw the cost of the trials in their order, and over each gain."""
-    gains = result.tuning.gains
-    columns = min(COLUMNS, len(gains))
-    rows = math.ceil(len(gains) / columns)
-    with figure(path, 10.0, 2.8 + 2.4 * rows) as picture:
-        grid = picture.add_gridspec(1 + rows, columns)
-        _course(picture.add_subplot(grid[0, :]), result)
-        for i, gain in enumerate(gains):
-            _over_gain(picture.add_subplot(grid[1 + i // columns, i % columns]), gain, result)
+    front = [trial.cost for trial in result.front[::-1] if trial.cost is not None]
+    shown = efforts_and_costs(costs)
+    traces = [
+        points(*shown, "trials", TRIAL),
+        line(*efforts_and_costs(front), "front of trade-offs", FRONT, "lines+markers", shape="hv"),
+        points(*efforts_and_costs([result.present.cost]), "present gains", PRESENT, "diamond", 11.0),
+        points(*efforts_and_costs([result.tuned.cost]), "tuned gains", TUNED, "star", 16.0),
+    ]
+    objective = result.tuning.objective
+    names = f"effort: {METRICS[objective.second][0]}", f"cost: {METRICS[objective.metric][0]}"
+    axes = [Axis(name, logarithmic=spans(values)) for name, values in zip(names, shown, strict=True)]
+    return {"title": "Cost against effort", "traces": traces, "layout": layout(axes[0], axes[1], 420, legend=True)}
 
 
-def _course(panel: "Axes", result: Result) -> None:
-    """The cost of the trials in their order, and the smallest so far; a cross marks a pruned trial."""
+def course_figure(result: Result) -> Figure:
+    """The cost of the trials in their order, and the smallest so far; a cross at the top is a pruned trial."""
     costs = np.array([trial.cost.cost if trial.cost else math.nan for trial in result.trials])
     end = _end([*costs[np.isfinite(costs)], result.present.cost.cost])
-    numbers = np.arange(len(costs))
-    panel.plot(numbers, np.minimum(costs, end), ".", color=NEUTRAL, ms=5, label="trials")
-    best = np.fmin.accumulate(costs)
-    panel.step(numbers, best, where="post", color=FRONT, lw=1.4, label="smallest so far")
-    panel.axhline(min(result.present.cost.cost, end), color=PRESENT, lw=1.0, ls="--", label="present gains")
-    if len(pruned := numbers[np.isnan(costs)]):
-        panel.plot(pruned, [0.97] * len(pruned), "x", color=LIMIT, ms=5, transform=panel.get_xaxis_transform(), label="pruned")
-    if end > LOGARITHMIC_RATIO * np.nanmin(costs):
-        panel.set_yscale("log")
-    panel.set(xlabel="trial", ylabel="cost")
-    panel.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4)
+    order = np.arange(float(len(costs)))
+    pruned = order[np.isnan(costs)]
+    traces = [
+        points(order, np.minimum(costs, end), "trials", TRIAL),
+        line(order, np.fmin.accumulate(costs), "smallest so far", FRONT, shape="hv"),
+        *([points(pruned, np.full(len(pruned), end), "pruned", "--limit", "x")] if len(pruned) else []),
+    ]
+    drawn = layout(Axis("trial"), Axis("cost", logarithmic=spans(np.append(costs, end))), legend=True)
+    drawn["shapes"] = [level(min(result.present.cost.cost, end), PRESENT)]
+    return {"title": "Cost in the order of the trials; dashed: present gains", "traces": traces, "layout": drawn}
 
 
-def _over_gain(panel: "Axes", gain: Gain, result: Result) -> None:
+def gain_figure(gain: Gain, result: Result) -> Figure:
     """The cost over one gain, with the present and the tuned value."""
     completed = [(trial.gains[gain.parameter], trial.cost.cost) for trial in result.trials if trial.cost is not None]
     values, costs = np.array(completed).T
     end = _end([*costs, result.present.cost.cost])
     costs = np.minimum(costs, end)
-    panel.plot(values, costs, ".", color=NEUTRAL, ms=4)
-    _mark(panel, (result.tuning.present[gain.parameter], min(result.present.cost.cost, end)), "D", PRESENT)
-    _mark(panel, (result.best.gains[gain.parameter], result.tuned.cost.cost), "*", TUNED)
-    middle = math.sqrt(gain.low * gain.high) if gain.logarithmic else 0.5 * (gain.low + gain.high)
-    if gain.logarithmic:
-        panel.set_xscale("log")
-    panel.set_xticks([], minor=True)
-    panel.set_xticks([gain.low, middle, gain.high], [f"{tick:.2g}" for tick in (gain.low, middle, gain.high)])
-    if end > LOGARITHMIC_RATIO * costs.min():
-        panel.set_yscale("log")
-    panel.set(xlabel=f"{gain.name} [{gain.unit}]" if gain.unit else gain.name, ylabel="cost")
-
-
-def _mark(panel: "Axes", point: Any, marker: str, colour: str, label: str = "") -> None:
-    size = 13 if marker == "*" else 7
-    panel.plot(*point, marker, color=colour, ms=size, mec="white", mew=0.8, zorder=5, label=label or "_")
+    present = np.array([result.tuning.present[gain.parameter]]), np.array([min(result.present.cost.cost, end)])
+    tuned = np.array([result.best.gains[gain.parameter]]), np.array([result.tuned.cost.cost])
+    traces = [
+        points(values, costs, "trials", TRIAL, size=5.0),
+        points(*present, "present gains", PRESENT, "diamond", 11.0),
+        points(*tuned, "tuned gains", TUNED, "star", 16.0),
+    ]
+    name = f"{gain.name} [{gain.unit}]" if gain.unit else gain.name
+    axes = Axis(name, gain.logarithmic and spans(np.array([gain.low, gain.high]))), Axis("cost", spans(np.append(costs, end)))
+    return {"title": f"Cost over {gain.name}", "traces": traces, "layout": layout(*axes)}
 
 
 def _end(values: Sequence[float]) -> float:
     """The largest value to draw: a few trials whose runs fail must not compress all others."""
     return min(max(values), MAX_SHOWN_RATIO * min(values), PENALTY)
-
-
-def _scale(panel: "Axes", points: NDArray[np.float64]) -> None:
-    """Choose logarithmic scales for widely spaced values."""
-    for set_scale, values in ((panel.set_xscale, points[0]), (panel.set_yscale, points[1])):
-        if values.max() > LOGARITHMIC_RATIO * values.min():
-            set_scale("log")

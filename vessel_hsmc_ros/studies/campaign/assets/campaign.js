@@ -10,12 +10,7 @@ function listenToRuns(element, command) {
   });
 }
 
-function figureOf({ figures }, place) {
-  const [section, index] = place.split(" ");
-  return figures[section][Number(index)];
-}
-
-drawFigures(figureOf)
+drawFigures()
   .then(({ content, places }) => {
     places.forEach((element) => listenToRuns(element, content.command));
     document.getElementById("copy").addEventListener("click", () => navigator.clipboard?.writeText(document.getElementById("chosen").textContent));
