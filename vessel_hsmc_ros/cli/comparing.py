@@ -20,6 +20,7 @@ from vessel_hsmc_ros.cli.console import (
     print_result,
     print_status,
     print_table,
+    print_warning,
     progress_bar,
 )
 from vessel_hsmc_ros.cli.options import (
@@ -240,6 +241,8 @@ def sweep(
     from vessel_hsmc_ros.studies.campaign.results import of_rows
 
     plan = sweep_of(scenario, parameters, given, () if laws is None else chosen(laws), metrics)
+    for note in plan.notes:
+        print_warning(note)
     with progress_bar(f"sweep of {plan.runs} runs", plan.runs, "runs") as update:
         rows = execute.compute_rows(plan, range(plan.runs), workers, lambda done: update(done * plan.runs))
     results = of_rows(plan, rows)
@@ -310,7 +313,7 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
     folder = output or (Path(file) if Path(file).is_dir() else default_folder(plan))
     check_writable(folder)
     for note in plan.notes:
-        print_status(note)
+        print_warning(note)
     title = f"campaign {plan.name}"
     with progress_bar(title, plan.runs, "runs") as update:
         run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, seed=seed, on_progress=Pace(title, update))

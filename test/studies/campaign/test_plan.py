@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -132,6 +133,23 @@ def test_a_number_of_sobol_draws_that_is_no_power_of_two_is_noted(tmp_path: Path
 
 
 UNIT = {"uniform": [0, 1]}
+HEIGHT, PERIOD = (f"vessel_sim.disturbance.waves.{name}" for name in ("significant_height", "peak_period"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "noted"),
+    [
+        ({"laws": ["guided"], "draw": {"controller.los_pid.integral_gain": UNIT}}, "controller.law is not los_pid"),
+        ({"laws": ["guided", "los_pid"], "draw": {"controller.los_pid.integral_gain": UNIT}}, ""),
+        ({"draw": {PERIOD: {"uniform": [3, 4]}}}, f"{PERIOD} is given and has no effect"),
+        ({"draw": {PERIOD: {"uniform": [3, 4]}, HEIGHT: {"grid": [0, 1, 2]}}, "runs": 2}, ""),
+        ({"draw": {"reference_ship.circle.speed": UNIT, "reference_ship.mode": {"choice": ["circle", "square"]}}}, ""),
+    ],
+)
+def test_drawn_parameters_that_have_no_effect_in_any_variant_are_noted(tmp_path: Path, changes: Any, noted: str) -> None:
+    notes = campaign(tmp_path, **changes).notes
+    assert noted in "".join(notes)
+    assert bool(notes) == bool(noted)
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +28,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_text
+from vessel_hsmc_ros.scenario.warnings import check_effects
 from vessel_hsmc_ros.studies.campaign.distributions import METHODS, Drawn, Grid, make_drawn, noise_seed, parse_axis, point
 from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, resolved
 
@@ -338,9 +340,19 @@ class Campaign(CampaignFile):
     def notes(self) -> list[str]:
         """What a user may want to know before the campaign runs, one line each."""
         below = 2 ** (self.draws.bit_length() - 1)
-        if self.sampling != "sobol" or below == self.draws:
-            return []
-        return [f"a Sobol sequence covers best with a power of two: {below} or {2 * below} draws instead of {self.draws}"]
+        found = sorted(self._without_effect())
+        if self.sampling == "sobol" and below != self.draws:
+            found.append(f"a Sobol sequence covers best with a power of two: {below} or {2 * below} draws instead of {self.draws}")
+        return found
+
+    def _without_effect(self) -> set[str]:
+        """That drawn parameters have no effect in any variant, as those of a law that it does not run; judged by some draws."""
+        names = {parameter.parameter for parameter in self.parameters}
+        found = []
+        for run in {*range(len(self.variants)), *range(self.runs // 2, self.runs // 2 + len(self.variants)), self.runs - 1}:
+            with suppress(ParameterError, ScenarioError):  # values that do not fit each other are a result of the run
+                found.append({line for line in check_effects(self.scenario(run), names) if any(map(line.__contains__, names))})
+        return set.intersection(*found) if found else set()
 
     @cached_property
     def grids(self) -> dict[str, tuple[Any, ...]]:
