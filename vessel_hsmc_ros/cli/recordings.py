@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from rich.console import Console
 
-from vessel_hsmc_ros.cli.console import print_files, print_line, print_metrics, print_table
+from vessel_hsmc_ros.cli.console import print_files, print_line, print_metrics, print_table, print_warning
 from vessel_hsmc_ros.cli.options import (
     bag_argument,
     file_option,
@@ -26,10 +26,13 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.core.hull import DrawnHull
 from vessel_hsmc_ros.core.install_paths import missing_module
+from vessel_hsmc_ros.core.node_list import PLANT, REFERENCE
 from vessel_hsmc_ros.nodes.ros_environment import check_ros
+from vessel_hsmc_ros.scenario.warnings import check_effects
 
 if TYPE_CHECKING:  # what reads bags takes a while to import
     from vessel_hsmc_ros.bags.reader import Bag
+    from vessel_hsmc_ros.scenario.scenario import Scenario
     from vessel_hsmc_ros.studies.verification import Verification
 
 
@@ -126,7 +129,11 @@ def replay(
 def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
     from vessel_hsmc_ros.studies.verification import parameter_changes, verify, version_note
 
-    scenario = bag.scenario(parse_changes(edits), namespace=bag.namespace(namespace))
+    given = parse_changes(edits)
+    scenario = _changed(bag, given, namespace)
+    for name in given:
+        if name.startswith((f"{PLANT}.", f"{REFERENCE}.")):
+            print_warning(f"{name} has no effect with --verify, which recomputes the controller: use --with")
     with Console(stderr=True).status("recomputing every command"):
         result = verify(bag, scenario, namespace)
     for line in verdict(result):
@@ -138,6 +145,14 @@ def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
     if not edits:
         click.echo(version_note(bag))
     sys.exit(1)
+
+
+def _changed(bag: Bag, changes: dict[str, object], namespace: str | None) -> Scenario:
+    """The scenario of a bag with changes, and a warning of each that has no effect."""
+    scenario = bag.scenario(changes, namespace=bag.namespace(namespace))
+    for line in check_effects(scenario, changes, given=()):
+        print_warning(line)
+    return scenario
 
 
 def verdict(result: Verification) -> list[str]:
@@ -161,8 +176,10 @@ def verdict(result: Verification) -> list[str]:
 def _rerun(bag: Bag, changes: tuple[str, ...], namespace: str | None, output: Path) -> None:
     from vessel_hsmc_ros.studies.verification import rerun
 
+    given = parse_changes(changes, "--with")
+    _changed(bag, given, namespace)
     with Console(stderr=True).status("running the scenario again"):
-        made = rerun(bag, parse_changes(changes, "--with"), namespace, output)
+        made = rerun(bag, given, namespace, output)
     print_table(["", "recorded", "again", "difference"], made.table, title=f"again with {made.change}")
     print_line(f"page: {made.folder.report}\nfigures: {made.folder.figures}")
 

@@ -172,14 +172,16 @@ def check_scenario(scenario: Scenario) -> list[str]:
     return found
 
 
-def check_effects(scenario: Scenario, commanded: Collection[str] = ()) -> list[str]:
+def check_effects(scenario: Scenario, commanded: Collection[str] = (), given: Collection[str] | None = None) -> list[str]:
     """Find the settings of a scenario that are given and have no effect.
 
-    Returns one line for each finding; none for the scenarios of the package.
+    `given`: those of its file that are judged as well; None for all. Returns one line for each finding; none for the scenarios
+    of the package.
     """
     lines: list[str] = []
+    of_file = scenario.given if given is None else given
     for node in SHIPS:
-        given, own = (_of_node(node, names) for names in (scenario.given, commanded))
+        given, own = (_of_node(node, names) for names in (of_file, commanded))
         lines += ineffective(node, getattr(scenario, node), given, own)
     return lines
 

@@ -158,7 +158,7 @@ def _draw_leg(axes: "Axes", found: Forecast) -> None:
     low, middle, high = np.array([band(column) for column in curves.T]).T
     axes.fill_between(places, low, high, color=SHIP, alpha=0.4, lw=0, zorder=3, label="5 to 95 % of the runs")
     axes.plot(places, middle, color=INK, lw=1.0, zorder=4, label="median")
-    reach = (1.0 + ROOM) * float(np.nanmax(np.abs([low, high])))
+    reach = (1.0 + ROOM) * float(np.nanmax(np.abs([low, high]))) or 1.0  # in calm water a straight leg has no distance
     axes.set_ylim(-reach, reach)
     axes.legend(loc="best")
 

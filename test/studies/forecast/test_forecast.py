@@ -1,6 +1,7 @@
 """Forecasts: known answers of time and energy, what is infeasible, properties, and what a run is drawn from."""
 
 import math
+import warnings
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -277,6 +278,13 @@ def test_a_forecast_of_which_no_run_arrives_has_a_page_too(tmp_path: Path) -> No
     found = Forecast(one, 1, (nothing,) * 20)
     assert "No: 0 of 20 runs" in write(tmp_path, found)["page"].read_text(encoding="utf-8")
     assert [line[2] for line in overview(found)[1]] == ["–", "–", "–", "0 m"]
+
+
+def test_a_straight_leg_in_calm_water_has_a_picture_without_a_warning(tmp_path: Path) -> None:
+    one = plan([40.0, 0.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert write(tmp_path, Forecast(one, 1, (mean_run(one),) * 20))["picture"].exists()
 
 
 def test_a_short_leg_between_two_corners_has_distances_of_its_own() -> None:

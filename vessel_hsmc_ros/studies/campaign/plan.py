@@ -342,7 +342,9 @@ class Campaign(CampaignFile):
         below = 2 ** (self.draws.bit_length() - 1)
         found = sorted(self._without_effect())
         if self.sampling == "sobol" and below != self.draws:
-            found.append(f"a Sobol sequence covers best with a power of two: {below} or {2 * below} draws instead of {self.draws}")
+            found.append(
+                f"a Sobol sequence covers best with a power of two: {below} or {2 * below} draws instead of {self.draws}"
+            )
         return found
 
     def _without_effect(self) -> set[str]:
@@ -351,7 +353,7 @@ class Campaign(CampaignFile):
         found = []
         for run in {*range(len(self.variants)), *range(self.runs // 2, self.runs // 2 + len(self.variants)), self.runs - 1}:
             with suppress(ParameterError, ScenarioError):  # values that do not fit each other are a result of the run
-                found.append({line for line in check_effects(self.scenario(run), names) if any(map(line.__contains__, names))})
+                found.append({*check_effects(self.scenario(run), names, given=())})
         return set.intersection(*found) if found else set()
 
     @cached_property
