@@ -7,7 +7,7 @@ from std_msgs.msg import Int64
 from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.executor import BURST, DirectExecutor, take_all
+from vessel_hsmc_ros.nodes.executor import BURST, DirectExecutor, Queues
 
 
 @pytest.mark.parametrize("poll_period", [0.0, 0.01])
@@ -96,8 +96,8 @@ def test_a_flood_on_one_topic_delays_the_others_by_a_burst_and_loses_nothing() -
             handle=SimpleNamespace(take_message=take), msg_type=None, raw=False, _callback_type=None, callback=order.append
         )
 
-    topics = [topic("flood", 3 * BURST + 5), topic("stop", 1), topic("quiet", 0)]
-    assert [take_all(topics) for _ in range(5)] == [True] * 4 + [False]
+    topics = Queues([topic("flood", 3 * BURST + 5), topic("stop", 1), topic("quiet", 0)])
+    assert [topics.serve() for _ in range(5)] == [True] * 4 + [False]
     assert order.index("stop") == BURST
     assert order.count("flood") == 3 * BURST + 5
 

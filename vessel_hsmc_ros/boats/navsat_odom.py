@@ -251,7 +251,8 @@ class NavsatOdometryNode(VesselNode):
         motion = in_body_frame(over_ground)
         if self._velocity is not None:  # that of the antenna is that of the origin and of the turn
             motion = motion._replace(u=motion.u + heading.r * port, v=motion.v - heading.r * ahead)
-        conversions.write_odometry(self._odometry, fix.header.stamp, motion)
+        sampled = conversions.time_message(conversions.nanoseconds(fix.header.stamp))
+        conversions.write_odometry(self._odometry, sampled, motion)
         covariance = fix.position_covariance if fix.position_covariance_type else [0.0] * 9
         for k, number in ((0, 0), (7, 4)):
             self._odometry.pose.covariance[k] = float(covariance[number])

@@ -31,6 +31,7 @@ from std_msgs.msg import Float32, Float64
 from vessel_hsmc_ros.boats.plants import RATE, Goal, World
 from vessel_hsmc_ros.core.exceptions import ParameterError, VesselHsmcError
 from vessel_hsmc_ros.core.kinematics import GRAVITY, quaternion_from_heading
+from vessel_hsmc_ros.nodes.executor import Queues
 from vessel_hsmc_ros.scenario.own_ship import scenario_for
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
@@ -46,11 +47,12 @@ class Vrx(Node):
     def __init__(self, world: World, **options: Any) -> None:
         super().__init__("vrx", **options)
         self.world = world
-        self._inputs: list[Any] = []
+        inputs = []
         for index, thruster in enumerate(world.thrusters):
             for name, take in (("thrust", world.thrust), ("pos", world.turn)):
                 topic = f"/wamv/thrusters/{thruster.name}/{name}"
-                self._inputs.append(self.create_subscription(Float64, topic, partial(self._take, take, index), 1))
+                inputs.append(self.create_subscription(Float64, topic, partial(self._take, take, index), 1))
+        self._queues = Queues(inputs, burst=1)
         sensor = qos_profile_sensor_data
         self._clock = self.create_publisher(Clock, "/clock", 10)
         self._fix = self.create_publisher(NavSatFix, "/wamv/sensors/gps/gps/fix", sensor)
@@ -64,10 +66,7 @@ class Vrx(Node):
 
     def listen(self) -> None:
         """Take the latest thrusts and angles; without an executor, whose turn takes longer than several steps."""
-        for each in self._inputs:
-            taken = each.handle.take_message(each.msg_type, False)
-            if taken is not None:
-                each.callback(taken[0])
+        self._queues.serve()
 
     def step(self) -> None:
         """Advance the world by one step, and publish what is due."""

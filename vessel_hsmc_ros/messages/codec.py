@@ -6,7 +6,7 @@ bytes are those of rclpy. A message that is read is a tuple of tuples with the f
 
 import struct
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 from itertools import count
 from operator import attrgetter
@@ -127,27 +127,38 @@ class Encoder:
         return made, given
 
 
+def _expression(text: str, **names: Any) -> Callable[[Sequence[Any]], Any]:
+    """A function of `v` as one expression, of our own text: a loop would take twice as long."""
+    function: Callable[[Sequence[Any]], Any] = eval(f"lambda v: {text}", names)  # noqa: S307
+    return function
+
+
 class Draft:
     """Serialises messages that differ from one of their type in some fields only: no message is filled for each.
 
-    `message`: has the values of all other fields. `names`: dotted names of the fields that differ.
+    `message`: has the values of all other fields. `names`: dotted names of the fields that differ, whose values it takes.
     """
 
     def __init__(self, message: Any, names: Sequence[str]) -> None:
         encode = Encoder(type(message))
-        self._values = list(encode.values(message))
-        self._places = [encode.names.index(name) for name in names]
-        self._pack = encode.pack
-        if all(encode.leaves[i].elements is None and encode.leaves[i].code for i in self._places):  # the lengths stay
-            made, self._values = encode.prepare(self._values)
-            self._places = [1 + i + sum(leaf.varies for leaf in encode.leaves[:i]) for i in self._places]
-            self._pack = lambda values: made.pack(*values)
+        kept, form = list(encode.values(message)), "pack(({},))"
+        places, pack = [encode.names.index(name) for name in names], encode.pack
+        if all(encode.leaves[i].elements is None and encode.leaves[i].code for i in places):  # the lengths stay
+            made, kept = encode.prepare(kept)
+            places, form, pack = [_place(encode.leaves, i) for i in places], "pack({})", made.pack
+        parts = [f"kept[{i}]" for i in range(len(kept))]
+        for number, place in enumerate(places):
+            parts[place] = f"v[{number}]"
+        self._pack = _expression(form.format(", ".join(parts)), pack=pack, kept=kept)
 
-    def __call__(self, values: Iterable[Any]) -> bytes:
+    def __call__(self, values: Sequence[Any]) -> bytes:
         """The serialised form of a message with some values of its fields that differ."""
-        for place, value in zip(self._places, values, strict=True):
-            self._values[place] = value
-        return self._pack(self._values)
+        return self._pack(values)  # type: ignore[no-any-return]
+
+
+def _place(leaves: Sequence[Leaf], i: int) -> int:
+    """Where a leaf is among the values that `struct` packs: after the encapsulation, and the lengths up to its own."""
+    return 1 + i + sum(leaf.varies for leaf in leaves[: i + 1])
 
 
 class Decoder:
@@ -158,32 +169,25 @@ class Decoder:
         if any(leaf.elements == -1 for leaf in self._leaves):
             raise KeyError(f"{kind.__name__} has a list of any length")
         self._texts = [i for i, leaf in enumerate(self._leaves) if leaf.varies]
-        self._arrays = [(i, leaf.code) for i, leaf in enumerate(self._leaves) if leaf.elements is not None]
-        self._made = _constructor(kind)
-        self._lengths = (0,) * len(self._texts)
-        self._struct = struct.Struct(_format(self._leaves, self._lengths))
+        self._made = _constructor(kind, self._leaves)
+        lengths = "".join(f"v[{_place(self._leaves, i) - 1}], " for i in self._texts)
+        self._form = _expression(f"(v[0], {lengths})")
+        self._expect([0] * len(self._texts))
+
+    def _expect(self, lengths: Sequence[int]) -> None:
+        self._expected = (LITTLE_ENDIAN, *lengths)
+        self._struct = struct.Struct(_format(self._leaves, lengths))
 
     def __call__(self, data: bytes) -> Any:
         """The message. Raises ValueError if it is not in the order of bytes, or not of the length, that is expected."""
-        if len(data) != self._struct.size or (values := self._read(data)) is None:
-            self._expect(data)
-            if len(data) != self._struct.size or (values := self._read(data)) is None:
+        if len(data) != self._struct.size or self._form(values := self._struct.unpack(data)) != self._expected:
+            self._expect(self._lengths(data))
+            if len(data) != self._struct.size or self._form(values := self._struct.unpack(data)) != self._expected:
                 raise ValueError("of another form")
         return self._made(values)
 
-    def _read(self, data: bytes) -> list[Any] | None:
-        """The values of the leaves; None if the texts have other lengths."""
-        encapsulation, *values = self._struct.unpack(data)
-        for i, length in zip(self._texts, self._lengths, strict=True):  # the length of a text is followed by the text
-            if values.pop(i) != length:
-                return None
-            values[i] = values[i][:-1].decode()
-        for i, code in self._arrays:
-            values[i] = memoryview(values[i]).cast(code)  # type: ignore[call-overload] # one of CODES
-        return values if encapsulation == LITTLE_ENDIAN else None
-
-    def _expect(self, data: bytes) -> None:
-        """Expect messages with texts as long as in one of them."""
+    def _lengths(self, data: bytes) -> list[int]:
+        """The lengths of the texts in a message."""
         lengths: list[int] = []
         for i in self._texts:
             known = struct.calcsize(_format(self._leaves[:i], lengths))
@@ -191,26 +195,28 @@ class Decoder:
             lengths.append(int.from_bytes(data[at : at + 4], "little"))
             if not 0 < lengths[-1] <= len(data) - at:
                 raise ValueError("a text is longer than the message")
-        self._lengths, self._struct = tuple(lengths), struct.Struct(_format(self._leaves, lengths))
+        return lengths
 
 
-def _constructor(kind: Any) -> Callable[[Sequence[Any]], Any]:
-    """What makes the tuples of a message from the values of its leaves, as one expression: a loop would take twice as long."""
-    makers: dict[str, Any] = {}
-    places = count()
+def _constructor(kind: Any, leaves: Sequence[Leaf]) -> Callable[[Sequence[Any]], Any]:
+    """What makes the tuples of a message from the values that `struct` has read."""
+    makers: dict[str, Any] = {"view": memoryview}
+    numbers = count()
+
+    def value(i: int) -> str:
+        leaf, read = leaves[i], f"v[{_place(leaves, i)}]"
+        if not leaf.code:
+            return f"{read}[:-1].decode()"
+        return read if leaf.elements is None else f"view({read}).cast('{leaf.code}')"
 
     def made(kind: Any) -> str:
         fields = kind.get_fields_and_field_types()
         name = f"make_{len(makers)}"
         makers[name] = partial(tuple.__new__, namedtuple(kind.__name__, fields))
-        parts = [
-            made(message_class(field.replace("/", "/msg/"))) if "/" in field else f"v[{next(places)}]"
-            for field in fields.values()
-        ]
+        parts = [made(message_class(f.replace("/", "/msg/"))) if "/" in f else value(next(numbers)) for f in fields.values()]
         return f"{name}(({', '.join(parts)},))"
 
-    constructor: Callable[[Sequence[Any]], Any] = eval(f"lambda v: {made(kind)}", makers)  # noqa: S307 - our own text
-    return constructor
+    return _expression(made(kind), **makers)
 
 
 @lru_cache(maxsize=256)

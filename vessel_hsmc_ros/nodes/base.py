@@ -23,7 +23,7 @@ from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
-from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
+from vessel_hsmc_ros.nodes.rclpy_parts import RCLError, publish
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, RecentProblem, Reporter, summarised
 from vessel_hsmc_ros.nodes.scheduling import claim
 from vessel_hsmc_ros.scenario.parameter_groups import RealTimeParameters
@@ -163,14 +163,12 @@ class VesselNode(Node, metaclass=Whole):
         publisher discovers it, so that a publisher that waits for its subscribers loses no message to one that is half
         connected. `topic`: name relative to the node's namespace. `raw`: whether the callback takes serialised messages.
         """
+        taking = callback if raw else decoded(kind, callback)
         if self.parameters.lockstep:
-            taking = callback if raw else decoded(kind, callback)
             self.connections.add_subscription(Awaited(kind, topic, taking, profile, raw=True))
-        elif self.black_box and not raw:
-            kept = self.black_box.receiver(self.resolve_topic_name(topic), kind, callback)
-            self.create_subscription(kind, topic, kept, profile, raw=True)
         else:
-            self.create_subscription(kind, topic, callback, profile, raw=raw)
+            kept = self.black_box.receiver(self.resolve_topic_name(topic), kind, taking) if self.black_box else taking
+            self.create_subscription(kind, topic, kept, profile, raw=True)
         self._topics["subscribes to"].append(self.resolve_topic_name(topic))
 
     def framed(self, message: Any) -> Any:
@@ -194,21 +192,22 @@ class VesselNode(Node, metaclass=Whole):
 
         Raises BackpressureError if the queue of a subscriber was full for longer than SEND_LIMIT.
         """
-        # A reliable publisher that keeps all messages refuses one while a queue is full: DDS blocks for a while, then it fails.
-        deadline = time.monotonic() + SEND_LIMIT
         data = message if isinstance(message, bytes) else serialized(message)
-        while True:
-            try:
-                publisher.publish(data)
-            except RCLError:
-                if time.monotonic() > deadline:
-                    raise BackpressureError(
-                        f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?"
-                    ) from None
-            else:
-                break
+        try:
+            publish(publisher, data)
+        except RCLError:
+            self._send_late(publisher, data)
         if self.black_box:
             self.black_box.keep(publisher.topic_name, publisher.msg_type, data)
+
+    def _send_late(self, publisher: Publisher, data: bytes) -> None:
+        """Publish where a reliable publisher that keeps all messages has refused one: DDS blocks for a while, then it fails."""
+        deadline = time.monotonic() + SEND_LIMIT
+        while time.monotonic() < deadline:
+            with suppress(RCLError):
+                publish(publisher, data)
+                return
+        raise BackpressureError(f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?")
 
     def describe(self) -> str:
         """The node's task and its main parameters, for the line that it logs at its start; empty by default."""

@@ -20,7 +20,7 @@ import yaml
 from rcl_interfaces.msg import Log
 from rclpy.logging import LoggingSeverity, get_logging_directory
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import BagError
@@ -63,15 +63,14 @@ class BlackBox:
         while self._size > MEMORY or now - self._kept[0][0] > self._span:
             self._size -= len(self._kept.popleft()[1][-1])
 
-    def receiver(self, topic: str, kind: Any, callback: Callable[[Any], None]) -> Callable[[bytes], None]:
-        """The callback of a raw subscription that converts each message, passes it on, and keeps it."""
+    def receiver(self, topic: str, kind: type, callback: Callable[[bytes], None]) -> Callable[[bytes], None]:
+        """The callback of a raw subscription that passes each message on, and keeps it."""
 
         def receive(data: bytes) -> None:
-            message = deserialize_message(data, kind)
             try:
-                callback(message)
+                callback(data)
             finally:  # also a message that ends the node
-                self.keep(topic, message, data)
+                self.keep(topic, kind, data)
 
         return receive
 

@@ -3,8 +3,7 @@
 import math
 import time
 from collections import Counter, deque
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -253,14 +252,6 @@ class CommandingNode(ManagedNode):
         topic = self.resolve_topic_name("cmd_wrench")
         return f"{Reason.SECOND_PUBLISHER.text}, on {topic}: {self._commanding.others()}"
 
-    @contextmanager
-    def timed(self) -> Iterator[None]:
-        """Measure the computation time of the law; wall time, also on simulated time."""
-        began = time.perf_counter()
-        yield
-        self._compute_time = time.perf_counter() - began
-        self._compute_time_max = max(self._compute_time_max, self._compute_time)
-
     def publish_command(self, stamp: int) -> None:
         """Publish the present command, with the time of a step, ns; in real time and standby, nothing after some zeros."""
         self.stamp = stamp
@@ -273,15 +264,20 @@ class CommandingNode(ManagedNode):
             self._zeros = 0
         self.send(self._command_out, self._command(stamp, self.loop.wrench))
 
-    def publish_period(self, stamp: int, terms: Terms | None) -> None:
-        """Publish the command first, because the plant waits for it; then the state of the control period."""
+    def publish_period(self, stamp: int, terms: Terms | None, began: float) -> None:
+        """Publish the command first, because the plant waits for it; then the state of the control period.
+
+        `began`: when the computation of the law began, on the performance counter; wall time, also on simulated time.
+        """
+        taken = self._compute_time = time.perf_counter() - began
+        self._compute_time_max = max(self._compute_time_max, taken)
         self.publish_command(stamp)
         if terms is not None:
             self._updates += 1
             self.health.stepped(terms)
             self._report_alarms()
             self._report_actuators()
-        loop, taken = self.loop, self._compute_time
+        loop = self.loop
         state = terms or Terms(), int(loop.supervision.operation), int(loop.supervision.reason), taken, loop.missed_periods
         self.send(self._state_out, self._state(stamp, *state))
         if terms is not None and self.loop.estimate is not None:
@@ -299,9 +295,10 @@ class CommandingNode(ManagedNode):
                 else:  # rclpy gives each line of code one severity
                     self.get_logger().warning(text)
             self._alarms[monitor.reason] = monitor.alarm
-        for reason in self.loop.supervision.violations - self._violations:
-            self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
-        self._violations = self.loop.supervision.violations.copy()
+        if (violations := self.loop.supervision.violations) and violations != self._violations:
+            for reason in violations - self._violations:
+                self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
+            self._violations = violations.copy()
 
     def _report_actuators(self) -> None:
         """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""

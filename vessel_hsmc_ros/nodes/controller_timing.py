@@ -193,13 +193,12 @@ class Lockstep(Timing):
         if stamp not in self._references:  # odometry and reference may arrive in either order
             return
         measured, (_, reference, acceleration) = self._odometry, self._references[stamp]
-        age = seconds(stamp - measured_at)
-        with node.timed():
-            desired = extrapolate(reference, acceleration, -age)
-            terms = loop.step(stamp, measured.motion, desired, acceleration, measured_at, age)
-        self._references = {t: r for t, r in self._references.items() if t > stamp}
+        age, began = seconds(stamp - measured_at), time.perf_counter()
+        desired = extrapolate(reference, acceleration, -age)
+        terms = loop.step(stamp, measured.motion, desired, acceleration, measured_at, age)
         self._odometry = None  # each odometry message is answered once, whatever references follow
-        node.publish_period(stamp, terms)
+        node.publish_period(stamp, terms, began)
+        self._references = {t: r for t, r in self._references.items() if t > stamp}
 
 
 class RideThrough(Timing):
@@ -241,9 +240,8 @@ class RideThrough(Timing):
             return
         for queued in self._references.take(step):
             inputs.take_reference(queued.message, step, step)
-        with node.timed():
-            terms = inputs.serve(step, step, step)
-        node.publish_period(step, terms)
+        began = time.perf_counter()
+        node.publish_period(step, inputs.serve(step, step, step), began)
 
 
 CHECK_PERIOD = 0.1  # time between two checks of the clock and of the graph, s
@@ -348,14 +346,12 @@ class RealTime(Timing):
         if not node.loop.due(now - self._origin):
             return
         node.health.served(now)
-        reason = Reason.NONE if self._alone else Reason.SECOND_PUBLISHER
+        reason, terms, began = Reason.NONE if self._alone else Reason.SECOND_PUBLISHER, None, time.perf_counter()
         if node.computes:
-            with node.timed():
-                terms = node.inputs.serve(now, self.received(), now - self._origin, reason)
+            terms = node.inputs.serve(now, self.received(), now - self._origin, reason)
         else:
-            terms = None
             node.loop.skip(now - self._origin, Reason.IN_STANDBY)
-        node.publish_period(now, terms)
+        node.publish_period(now, terms, began)
         if node.starts and not self.ready():
             node.activate_quietly()
 

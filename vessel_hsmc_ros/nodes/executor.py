@@ -20,35 +20,35 @@ from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from rclpy.waitable import NumberOfEntities
 
-from vessel_hsmc_ros.nodes.rclpy_parts import InvalidHandle, WaitSet, own_guard, wants_info
+from vessel_hsmc_ros.nodes.rclpy_parts import InvalidHandle, WaitSet, own_guard, taker, wants_info
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-BURST = 64  # messages taken from one subscription before the next is served
+BURST = 64  # messages taken from one subscription before the next is served, so that a flood on one does not delay the others
 LONGEST_WAIT = 0.1  # time after which `running` is looked at again, s: a signal does not end the wait
 BOUND = 0.002  # time after which timers and messages are served again while there are requests, s
 EVENT_PERIOD = 0.5  # longest delay of quality-of-service events, such as a publisher that a subscription cannot receive from, s
 SERVICE_PERIOD = 0.02  # longest delay in lockstep of timers, services and other subscriptions than the direct ones, s
 
 
-def take_all(subscriptions: Sequence[Subscription]) -> bool:
-    """Serve the messages in the queues of subscriptions; returns whether there were any."""
-    found = False
-    for subscription in tuple(subscriptions):
-        take, kind, raw = subscription.handle.take_message, subscription.msg_type, subscription.raw
-        with_info = wants_info(subscription)
-        callback = subscription.callback
-        for _ in range(BURST):  # bounded, so that a flood on one topic does not delay the others
-            taken = take(kind, raw)
-            if taken is None:  # the queue is empty
-                break
-            found = True
-            if with_info:
-                callback(*taken)
-            else:
-                callback(taken[0])
-    return found
+class Queues:
+    """The messages that some subscriptions hold. `burst`: messages of a subscription that are served before the next one."""
+
+    def __init__(self, subscriptions: Sequence[Subscription], burst: int = BURST) -> None:
+        self._parts = [(taker(each), each.callback, slice(None if wants_info(each) else 1)) for each in subscriptions]
+        self._burst = range(burst)
+
+    def serve(self) -> bool:
+        """Serve each subscription in turn; returns whether there was any message."""
+        found = False
+        for take, callback, given in self._parts:
+            for _ in self._burst:
+                if (taken := take()) is None:
+                    break
+                found = True
+                callback(*taken[given])
+        return found
 
 
 class Entities:
@@ -122,7 +122,7 @@ class PromptExecutor(SingleThreadedExecutor):
         """
 
         def unchanged() -> bool:
-            return not self._changed and running() and self._context.ok()
+            return not self._changed and running()
 
         while running() and self._context.ok():
             self._changed = False
@@ -133,11 +133,12 @@ class PromptExecutor(SingleThreadedExecutor):
 
     def _spin(self, unchanged: Callable[[], bool], entities: Entities, longest_wait: float) -> None:
         """Serve callbacks until one of them has created or destroyed something."""
-        while unchanged():
+        queues = Queues(entities.subscriptions)
+        while unchanged() and self._context.ok():
             rest = entities.wait(longest_wait)
             self._call(entities.timers)
             if not self._changed:
-                take_all(entities.subscriptions)
+                queues.serve()
             self._serve_rest(rest, entities.ready, BOUND)
 
     def _call(self, timers: list[Timer]) -> None:
@@ -188,17 +189,21 @@ class DirectExecutor(PromptExecutor):
         """Serve callbacks until one of them has created or destroyed something."""
         direct = tuple(self._subscriptions)
         known = set(map(id, direct))
-        others = [each for each in entities.subscriptions if id(each) not in known]
+        others = Queues([each for each in entities.subscriptions if id(each) not in known])
+        # In the order of a step, one message of each at a time, none is asked in vain.
+        steps = Queues(direct, BURST if self._poll_period else 1)
         wait_set = WaitSet(len(direct), 0, 0, 0, 0, 0, self._context.handle)
         next_service = 0.0
         while unchanged():
-            busy = take_all(direct) or self._wait(wait_set, direct)
+            busy = steps.serve() or self._wait(wait_set, direct)
             if busy and time.monotonic() < next_service:
                 continue
+            if not self._context.ok():  # asked rarely: it takes as long as a message
+                return
             rest = entities.wait(0.0 if busy else longest_wait)
             self._call(entities.timers)
             end = time.monotonic() + self._service_period
-            while not self._changed and take_all(others) and time.monotonic() < end:
+            while not self._changed and others.serve() and time.monotonic() < end:
                 pass
             self._serve_rest(rest, entities.ready, self._service_period)
             next_service = time.monotonic() + self._service_period

@@ -2,12 +2,14 @@
 
 import math
 import time
+from functools import partial
 from typing import Any, NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 from vessel_hsmc_msgs.msg import Event, ReferenceState
 
 from vessel_hsmc_ros.core.exceptions import RunError
@@ -18,7 +20,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller_inputs import read_odometry
-from vessel_hsmc_ros.nodes.executor import BURST
+from vessel_hsmc_ros.nodes.executor import Queues
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 
 INPUTS = {"odom": Odometry, "reference": ReferenceState, "cmd_wrench": WrenchStamped}
@@ -72,11 +74,14 @@ class Observation:
         self._nodes: dict[str, NodeStatus] = {}
         self._clock: tuple[float, int] | None = None  # simulated time of the plant's latest diagnostics and their stamp
         self._events: list[tuple[int, str]] = []
-        self._subscriptions = [self._subscribe(kind, topic, qos.LATEST) for topic, kind in INPUTS.items()]
-        self._subscriptions += [
-            self._subscribe(DiagnosticArray, "/diagnostics", qos.WATCHED),
-            self._subscribe(Event, EVENTS, qos.EVENTS),
-        ]
+        # Taken by `look` instead of by an executor, which would convert every message of a fast lockstep run.
+        self._queues = Queues(
+            [
+                *(self._subscribe(kind, topic, qos.LATEST) for topic, kind in INPUTS.items()),
+                self._subscribe(DiagnosticArray, "/diagnostics", qos.WATCHED),
+                self._subscribe(Event, EVENTS, qos.EVENTS),
+            ]
+        )
         began = time.monotonic()
         remote.until(lambda: time.monotonic() - began > self._needed(), FIRST_LOOK)
         if not (self._nodes or self._latest):
@@ -87,7 +92,7 @@ class Observation:
 
     def look(self) -> Snapshot:
         """The present state."""
-        self._take()
+        self._queues.serve()
         now = time.monotonic()
         motions = {name: self._motion(name) for name in ("odom", "reference")}
         command = self._latest.get("cmd_wrench")
@@ -102,26 +107,17 @@ class Observation:
             [text for _, text in self._events],
         )
 
-    def _subscribe(self, kind: Any, topic: str, profile: QoSProfile) -> tuple[str, Any]:
-        # Taken by `_take` instead of by an executor, which would convert every message of a fast lockstep run.
-        return topic, self._remote.node.create_subscription(kind, self._remote.name(topic), lambda _: None, profile)
+    def _subscribe(self, kind: Any, topic: str, profile: QoSProfile) -> Subscription:
+        return self._remote.node.create_subscription(kind, self._remote.name(topic), partial(self._receive, topic), profile)
 
     def _needed(self) -> float:
         """The wait for what has been received up to now, s."""
-        self._take()
+        self._queues.serve()
         if not (self._nodes or self._latest):
             return FIRST_LOOK
         # A boat has no node of the plant. Discovery finds the nodes one after the other.
         there = {node for node in NECESSARY if self._remote.name(node) in self._remote.nodes()}
         return SHORTEST_LOOK if self._nodes.keys() >= there and self._latest.keys() >= INPUTS.keys() else LOOK
-
-    def _take(self) -> None:
-        for topic, subscription in self._subscriptions:
-            for _ in range(BURST):
-                taken = subscription.handle.take_message(subscription.msg_type, False)
-                if taken is None:
-                    break
-                self._receive(topic, taken[0])
 
     def _receive(self, topic: str, message: Any) -> None:
         if topic in INPUTS:

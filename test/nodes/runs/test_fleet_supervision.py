@@ -35,6 +35,7 @@ def wait(monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[ExitStatus, lis
                     plant.code, plant.popen = 0, SimpleNamespace(poll=lambda: 0)
             else:
                 listener.status = {f"{vessel}/vessel_sim": {"simulated_time": str(time)} for vessel, time in turn.items()}
+                listener.heard_at |= dict.fromkeys(listener.status, now)
 
         listener.listen = listen
         monkeypatch.setattr(supervisor, "time", SimpleNamespace(monotonic=lambda: now))
@@ -56,5 +57,15 @@ def test_the_progress_of_a_fleet_is_that_of_its_slowest_vessel(wait: Callable[..
 def test_a_fleet_of_which_one_vessel_does_not_start_is_ended(wait: Callable[..., tuple[ExitStatus, list[float]]]) -> None:
     limit = CONNECT_LIMIT + 2 * CONNECT_LIMIT_PER_VESSEL
     late = {"one": 3.0}
-    assert wait(late, late, late, apart=0.4 * limit) == (not_discovered(limit), [])
-    assert wait(late, late, apart=0.4 * limit) == (ExitStatus(0), [])
+    assert wait(late, late, late, late, apart=0.4 * limit) == (not_discovered(limit), [])
+    assert wait(late, late, late, apart=0.4 * limit) == (ExitStatus(0), [])
+
+
+def test_the_time_for_discovery_counts_from_the_last_node_that_has_started(
+    wait: Callable[..., tuple[ExitStatus, list[float]]],
+) -> None:
+    limit = CONNECT_LIMIT + 2 * CONNECT_LIMIT_PER_VESSEL
+    one, both = {"one": 0.0}, {"one": 0.0, "two": 0.0}
+    moving = {"one": 3.0, "two": 1.0}
+    assert wait(one, one, both, both, moving, apart=0.4 * limit) == (ExitStatus(0), [1.0])
+    assert wait(one, one, both, both, both, both, moving, apart=0.4 * limit) == (not_discovered(limit), [])

@@ -122,7 +122,9 @@ class ProcessFaults:
         return ""
 
 
-CONNECT_LIMIT = 20.0  # time limit for the discovery of the nodes, and for the start of the live view, s
+CONNECT_LIMIT = 20.0
+"""Time limit for the discovery of the nodes after the last of them has first reported, and for the start of the live view, s:
+beside busy processes the start itself may take longer."""
 CONNECT_LIMIT_PER_VESSEL = 10.0
 """Further time for the discovery of the nodes of each vessel of a fleet, s: their processes share the cores while they start."""
 
@@ -371,7 +373,7 @@ def _monitor(run: Watched, interrupts: Interrupts, progress: Progress) -> ExitSt
     fleet = len(run.plants) > 1
     silence_limit = SILENCE_LIMIT_OF_FLEET if fleet else SILENCE_LIMIT
     connect_limit = CONNECT_LIMIT + CONNECT_LIMIT_PER_VESSEL * len(run.plants) * fleet
-    deadline = time.monotonic() + connect_limit
+    started, deadline = 0, time.monotonic() + connect_limit
     while True:
         run.listener.listen(0.05)
         if ended := interrupts.status() or run.end():
@@ -379,6 +381,8 @@ def _monitor(run: Watched, interrupts: Interrupts, progress: Progress) -> ExitSt
         if run.silence(silence_limit):
             # The first to reach the limit may be a node that waits for one that hangs and is hardly younger.
             return ExitStatus(1, f"the run has stalled{run.silence(0.5 * silence_limit)}")
+        if len(run.listener.heard_at) > started:
+            started, deadline = len(run.listener.heard_at), time.monotonic() + connect_limit
         if simulated := run.simulated():
             progress(simulated)
         elif time.monotonic() > deadline:
