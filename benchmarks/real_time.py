@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import psutil
+import psutil  # type: ignore[import-untyped]
 import rclpy
 from geometry_msgs.msg import WrenchStamped
 from loop import echo  # type: ignore[import-not-found]

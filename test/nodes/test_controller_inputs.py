@@ -1,7 +1,6 @@
 """The inputs of the controller by themselves: frames after a reset, and a pose and a twist that come apart."""
 
 import math
-from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -172,7 +171,7 @@ class Timers(ControllerWithoutRos):
         self.running.remove(timer)
         return True
 
-    def publish_period(self, stamp: int, _terms: Any) -> None:
+    def publish_period(self, stamp: int, _terms: Any, _began: int) -> None:
         self.served.append(stamp)
 
 
@@ -255,7 +254,6 @@ def test_in_lockstep_the_pending_odometry_is_the_first_one_since_each_command() 
         connected=True,
         stamp=-1,
         loop=loop,
-        timed=nullcontext,
         publish_period=lambda *_: None,
         inputs=SimpleNamespace(monitor=SimpleNamespace(receive=lambda *_: None)),
     )

@@ -27,7 +27,8 @@ class Sending:
         self.kept: list[str] = []
         box = SimpleNamespace(keep=lambda topic, *_: self.kept.append(topic)) if black_box else None
         self.node: Any = SimpleNamespace(black_box=box)
-        self.publisher: Any = SimpleNamespace(topic_name="/odom", msg_type=None, publish=self._publish)
+        handle = SimpleNamespace(publish_raw=self._publish)
+        self.publisher: Any = SimpleNamespace(topic_name="/odom", msg_type=None, handle=handle)
 
     def _publish(self, message: Any) -> None:
         if self.time.seconds < self.full_until:

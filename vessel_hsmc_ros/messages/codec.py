@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 from itertools import count
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from vessel_hsmc_ros.messages.raw import message_class
 
@@ -142,7 +142,7 @@ class Draft:
     def __init__(self, message: Any, names: Sequence[str]) -> None:
         encode = Encoder(type(message))
         kept, form = list(encode.values(message)), "pack(({},))"
-        places, pack = [encode.names.index(name) for name in names], encode.pack
+        places, pack = [encode.names.index(name) for name in names], cast("Callable[..., bytes]", encode.pack)
         if all(encode.leaves[i].elements is None and encode.leaves[i].code for i in places):  # the lengths stay
             made, kept = encode.prepare(kept)
             places, form, pack = [_place(encode.leaves, i) for i in places], "pack({})", made.pack

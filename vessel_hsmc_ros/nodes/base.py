@@ -192,22 +192,21 @@ class VesselNode(Node, metaclass=Whole):
 
         Raises BackpressureError if the queue of a subscriber was full for longer than SEND_LIMIT.
         """
-        data = message if isinstance(message, bytes) else serialized(message)
-        try:
-            publish(publisher, data)
-        except RCLError:
-            self._send_late(publisher, data)
+        # A reliable publisher that keeps all messages refuses one while a queue is full: DDS blocks for a while, then it fails.
+        data, deadline = message if isinstance(message, bytes) else serialized(message), 0.0
+        while True:
+            try:
+                publish(publisher, data)
+            except RCLError:
+                deadline = deadline or time.monotonic() + SEND_LIMIT
+                if time.monotonic() > deadline:
+                    raise BackpressureError(
+                        f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?"
+                    ) from None
+            else:
+                break
         if self.black_box:
             self.black_box.keep(publisher.topic_name, publisher.msg_type, data)
-
-    def _send_late(self, publisher: Publisher, data: bytes) -> None:
-        """Publish where a reliable publisher that keeps all messages has refused one: DDS blocks for a while, then it fails."""
-        deadline = time.monotonic() + SEND_LIMIT
-        while time.monotonic() < deadline:
-            with suppress(RCLError):
-                publish(publisher, data)
-                return
-        raise BackpressureError(f"a reader of {publisher.topic_name} has not kept up for {SEND_LIMIT:g} s: is it alive?")
 
     def describe(self) -> str:
         """The node's task and its main parameters, for the line that it logs at its start; empty by default."""

@@ -19,7 +19,7 @@ from vessel_hsmc_ros.control.safety.monitors import NAMED_BIAS, Alarm, Bias
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.control.safety.samples import hull_problem
 from vessel_hsmc_ros.control.safety.supervision import Supervision
-from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.conversions import Outgoing
 from vessel_hsmc_ros.nodes import qos
@@ -264,12 +264,12 @@ class CommandingNode(ManagedNode):
             self._zeros = 0
         self.send(self._command_out, self._command(stamp, self.loop.wrench))
 
-    def publish_period(self, stamp: int, terms: Terms | None, began: float) -> None:
+    def publish_period(self, stamp: int, terms: Terms | None, began: int) -> None:
         """Publish the command first, because the plant waits for it; then the state of the control period.
 
-        `began`: when the computation of the law began, on the performance counter; wall time, also on simulated time.
+        `began`: when the computation of the law began, by the steady clock, ns; also on simulated time.
         """
-        taken = self._compute_time = time.perf_counter() - began
+        taken = self._compute_time = seconds(time.monotonic_ns() - began)
         self._compute_time_max = max(self._compute_time_max, taken)
         self.publish_command(stamp)
         if terms is not None:

@@ -193,7 +193,7 @@ class Lockstep(Timing):
         if stamp not in self._references:  # odometry and reference may arrive in either order
             return
         measured, (_, reference, acceleration) = self._odometry, self._references[stamp]
-        age, began = seconds(stamp - measured_at), time.perf_counter()
+        age, began = seconds(stamp - measured_at), time.monotonic_ns()
         desired = extrapolate(reference, acceleration, -age)
         terms = loop.step(stamp, measured.motion, desired, acceleration, measured_at, age)
         self._odometry = None  # each odometry message is answered once, whatever references follow
@@ -240,7 +240,7 @@ class RideThrough(Timing):
             return
         for queued in self._references.take(step):
             inputs.take_reference(queued.message, step, step)
-        began = time.perf_counter()
+        began = time.monotonic_ns()
         node.publish_period(step, inputs.serve(step, step, step), began)
 
 
@@ -346,7 +346,7 @@ class RealTime(Timing):
         if not node.loop.due(now - self._origin):
             return
         node.health.served(now)
-        reason, terms, began = Reason.NONE if self._alone else Reason.SECOND_PUBLISHER, None, time.perf_counter()
+        reason, terms, began = Reason.NONE if self._alone else Reason.SECOND_PUBLISHER, None, time.monotonic_ns()
         if node.computes:
             terms = node.inputs.serve(now, self.received(), now - self._origin, reason)
         else:
