@@ -30,10 +30,11 @@ class Vessel:
         self.limits: dict[str, dict[str, float]] = {}
         self.node = SimpleNamespace(create_subscription=self._subscribe)
 
-    def _subscribe(self, kind: Any, topic: str, *_: Any) -> Any:
+    def _subscribe(self, kind: Any, topic: str, callback: Any, *_: Any) -> Any:
         queue = self.waiting.setdefault(topic, deque())
         take = lambda *_: (queue.popleft(), {}) if queue else None  # noqa: E731
-        return SimpleNamespace(handle=SimpleNamespace(take_message=take), msg_type=kind)
+        handle = SimpleNamespace(take_message=take)
+        return SimpleNamespace(handle=handle, msg_type=kind, raw=False, callback=callback, _callback_type=None)
 
     def name(self, relative: str) -> str:
         return relative if relative.startswith("/") else self.prefix + relative
