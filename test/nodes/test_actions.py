@@ -19,6 +19,7 @@ from vessel_hsmc_msgs.msg import ControlState, GeoPose
 from vessel_hsmc_ros.core.kinematics import Plane
 from vessel_hsmc_ros.guidance.tasks import Code
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.reference_ship import ReferenceShipNode
 
 SUCCEEDED, ABORTED, CANCELED = GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_ABORTED, GoalStatus.STATUS_CANCELED
 LEGS = path((60.0, 0.0), (60.0, 40.0))
@@ -318,6 +319,16 @@ def test_a_low_battery_ends_the_goal_and_the_vessel_returns(bench: Any, start: A
     assert vessel.send("follow_path", path=LEGS).result() == (ABORTED, Code.REFUSED, "battery at 15 %, below 20 %")
     vessel.advance(150.0)
     assert vessel.states[-1][:2] == pytest.approx((10.0, 0.0), abs=0.1)
+
+
+def test_a_battery_that_falls_silent_is_named(bench: Any) -> None:
+    node = bench.start(ReferenceShipNode, lockstep=False, mode="path", actions__battery=0.2)
+    battery = bench.probe.create_publisher(BatteryState, "battery_state", 10)
+    bench.until(lambda: node.actions.remark == "no battery_state has been received" and battery.get_subscription_count())
+    battery.publish(BatteryState(percentage=0.5))
+    bench.until(lambda: not node.actions.remark)
+    node.actions._sight._battery.at -= 61.0
+    assert node.actions.remark.startswith("no battery_state for 61 s")
 
 
 def test_a_lost_operator_ends_the_goal_and_one_who_is_back_may_send_the_next(bench: Any, start: Any) -> None:

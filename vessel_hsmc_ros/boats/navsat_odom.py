@@ -141,6 +141,9 @@ class NavsatOdometryNode(VesselNode):
             self._velocity = conversions.nanoseconds(message.header.stamp), velocity.x, velocity.y
 
     def _on_course(self, message: Float64) -> None:
+        if abs(message.data) > 2.0 * math.pi + 0.1:  # some drivers round
+            self.refuse(f"course must be in rad, clockwise from north, within 2·pi (got {message.data:g}): is it in degrees?")
+            return
         self._course = self.now(), message.data
 
     def _on_speed(self, message: Float64) -> None:

@@ -26,6 +26,7 @@ from vessel_hsmc_ros.scenario.parameter_groups import ActionParameters
 OLD = 1.0  # age from which on odometry does not count, s
 REASONS = {int(reason): reason for reason in Reason}
 FULL = 1.1  # largest charge that a battery may state: some count above 1, and those in percent far above
+BATTERY_SILENT = 60.0  # silence of a battery after which its charge is not known, s
 SILENT = 3.0  # silence after which a controller counts as gone, s
 
 
@@ -119,6 +120,8 @@ class VesselSight:
         message = self._battery.read()
         if message is None:
             return "no battery_state has been received"
+        if self._battery.age > BATTERY_SILENT and not self._lockstep:
+            return f"no battery_state for {self._battery.age:.0f} s: the charge is not known"
         if not 0.0 <= message.percentage <= FULL:
             return f"percentage of battery_state must be from 0 to 1 (got {message.percentage:g}): the charge is not known"
         return ""

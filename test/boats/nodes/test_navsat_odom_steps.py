@@ -197,6 +197,16 @@ def test_a_velocity_that_is_declared_and_does_not_come_is_reported_for_as_long_a
         assert ("no velocity within 0.5 s of the fix" in made.node.status()[1]) == (velocity != "none")
 
 
+@pytest.mark.parametrize("course", [275.0, -90.0, 6.5])
+def test_a_course_in_degrees_gives_no_velocity_and_is_named(receiver: Any, course: float) -> None:
+    made = receiver(velocity="course")
+    made.node._on_course(Float64(data=course))
+    assert f"course must be in rad, clockwise from north, within 2·pi (got {course:g})" in made.node.status()[1]
+    made.node._on_speed(Float64(data=1.0))
+    made.imu(0.0)
+    assert made.answer(made.fix())[3:5] == (0.0, 0.0)
+
+
 def test_an_imu_that_declares_its_orientation_as_not_measured_gives_no_heading(receiver: Any) -> None:
     made = receiver()
     message = made.stamped(Imu())
