@@ -7,6 +7,13 @@ MESSAGE_SOURCES := $(wildcard msg_defs/*.txt msg_defs/*.xml msg_defs/msg/*.msg m
 # Commands and tests start many processes: the modules are compiled once, also where the environment would forbid it.
 export PYTHONDONTWRITEBYTECODE :=
 
+# One environment has ROS 2 Kilted in place of Jazzy, and all else alike.
+LOCKS := requirements.lock
+ifeq ($(VENV),.venv-kilted)
+LOCKS := requirements-kilted.lock build/without_ros.lock
+COMPILE := --compile
+endif
+
 # Another ROS whose workspace is sourced in this shell would mix with the one in the environment.
 unexport AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION ROS_DISTRO
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE
@@ -24,7 +31,7 @@ LOCKED = @mkdir -p build && exec 9> build/.lock && { flock --nonblock 9 || { \
 	echo "Another make sets this folder up: waiting for it ..."; flock 9; }; } && $(MAKE) --no-print-directory --silent
 
 .DEFAULT_GOAL := help
-.PHONY: help setup tools laws definitions wheels try-wheels demo reproduce verdict test test-long coverage mutants golden node-readers check check-types check-text hooks format terms \
+.PHONY: help setup tools laws definitions wheels try-wheels demo reproduce verdict test test-long test-kilted coverage mutants golden node-readers check check-types check-text hooks format terms \
 	benchmark benchmark-page benchmark-safety benchmark-bags benchmark-guided benchmark-realistic benchmark-report benchmark-speed docs site dev lock clean
 
 help:  ## list the targets
@@ -70,6 +77,10 @@ test: tools laws definitions  ## run all tests but the long ones
 
 test-long: tools laws  ## run the long tests: builds by pip and by colcon; demo, soak, tutorial; further parameters of costly tests
 	@$(BIN)/python -m pytest -m long
+
+test-kilted:  ## run the tests of the nodes with ROS 2 Kilted, in an environment of its own in .venv-kilted
+	@$(MAKE) --no-print-directory VENV=.venv-kilted definitions
+	@.venv-kilted/bin/python -m pytest test/nodes --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project
@@ -159,38 +170,43 @@ site: dev  ## build the documentation with the API reference into build/site
 	@echo "Open build/site/index.html"
 
 lock: tools  ## resolve the requirements*.in into their locks
-	@for kind in "" -compiler -tools -dev; do $(BIN)/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
+	@for kind in "" -compiler -tools -dev -kilted; do $(MAKE) --silent build/without_ros.lock; \
+		$(BIN)/uv pip compile --quiet --universal --python-version 3.10 --generate-hashes \
 		--no-annotate --no-header requirements$$kind.in --output-file requirements$$kind.lock || exit 1; done
 
 clean:  ## remove the virtual environment and all builds
-	rm -rf $(VENV) build dist install log *.egg-info
+	rm -rf $(VENV) .venv-kilted build dist install log *.egg-info
 
 INSTALL := @$(BIN)/python tools/install.py
-FROM := --no-deps --require-hashes --requirement
+FROM = --no-deps --require-hashes $(addprefix --requirement ,$(filter %.lock,$^))
 
 dev:
 	$(LOCKED) $(VENV)/.dev
 
-$(VENV)/.requirements: requirements.lock
+build/without_ros.lock: requirements.lock
+	@mkdir -p build
+	@awk '/^[a-z]/ {kept = !/^ros-/} kept' $< > $@
+
+$(VENV)/.requirements: $(LOCKS)
 	@$(PYTHON) tools/preflight.py
 	@$(PYTHON) tools/install.py --run "Setting up the virtual environment in $(VENV)" $(PYTHON) -m venv $(MOVED) $(VENV)
-	$(INSTALL) "Installing what running needs" $(FROM) $<
+	$(INSTALL) "Installing what running needs" $(FROM)
 	@touch $@
 
 $(VENV)/.compiler: requirements-compiler.lock $(VENV)/.package
-	$(INSTALL) "Installing what compiles simulations" $(FROM) $<
+	$(INSTALL) "Installing what compiles simulations" $(FROM)
 	@touch $@
 
 $(VENV)/.tools: requirements-tools.lock $(VENV)/.compiler
-	$(INSTALL) "Installing what tests, checks and studies need" $(FROM) $<
+	$(INSTALL) "Installing what tests, checks and studies need" $(FROM)
 	@touch $@
 
 $(VENV)/.dev: requirements-dev.lock $(VENV)/.tools
-	$(INSTALL) "Installing the tools for documentation and hooks" $(FROM) $<
+	$(INSTALL) "Installing the tools for documentation and hooks" $(FROM)
 	@touch $@
 
 $(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
-	@$(BIN)/python tools/messages.py
+	@$(BIN)/python tools/messages.py $(COMPILE)
 	@touch $@
 
 $(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml

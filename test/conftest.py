@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from vessel_hsmc_ros.core.install_paths import PROFILES, profiles_folder
+
 if TYPE_CHECKING:
     from vessel_hsmc_ros.control.interface.registry import Registry
 
@@ -22,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.append(str(ROOT / "test" / "support"))  # where a process of a test imports this file, pytest has not done so
 from collecting import pytest_pycollect_makemodule as pytest_pycollect_makemodule  # noqa: E402
 
-os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(ROOT / "config" / "fastdds.xml"))  # on the local host only
+os.environ.setdefault(PROFILES, str(profiles_folder() / "fastdds.xml"))  # on the local host only
 
 # Before NumPy is imported: threads that multiply small matrices together spin, and take the cores from the other tests.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

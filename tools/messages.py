@@ -2,6 +2,7 @@
 
     .venv/bin/python tools/messages.py           install the wheel that fits this Python and msg_defs; compile one if none does
     .venv/bin/python tools/messages.py --wheel   compile one into dist/, tagged for the oldest Linux that can run it
+    .venv/bin/python tools/messages.py --compile compile and install one whatever is in dist/, which is for Jazzy
 
 Compiled where CMake finds ROS: in the prefix of the environment, like in a sourced workspace.
 """
@@ -45,7 +46,7 @@ def main(arguments: list[str]) -> int:
         if "--wheel" in arguments:
             print(portable(compiled_wheel()).relative_to(ROOT))
             return 0
-        wheel = fitting() or compiled_wheel()
+        wheel = (None if "--compile" in arguments else fitting()) or compiled_wheel()
     except BuildError as error:
         sys.stderr.write(f"{error}\n")
         return 1

@@ -8,6 +8,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.install_paths import (
+    OLD_PROFILES,
     PEERS,
     PROFILES,
     RANGE,
@@ -21,7 +22,7 @@ from vessel_hsmc_ros.core.install_paths import (
 
 @pytest.fixture(autouse=True)
 def _environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in (PROFILES, RANGE, PEERS, TRANSPORTS, "AMENT_PREFIX_PATH"):
+    for name in (PROFILES, OLD_PROFILES, RANGE, PEERS, TRANSPORTS, "AMENT_PREFIX_PATH"):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -50,6 +51,7 @@ def test_after_each_node_the_environment_is_what_it_was_also_after_an_error(
         ({PEERS: "10.0.0.3"}, "fastdds_network.xml"),
         ({TRANSPORTS: "UDPv4"}, "fastdds_network.xml"),
         ({RANGE: "SUBNET", PROFILES: "/own.xml"}, "own.xml"),
+        ({OLD_PROFILES: "/own.xml"}, "own.xml"),
     ],
 )
 def test_each_choice_of_the_user_leads_beyond_the_own_machine(

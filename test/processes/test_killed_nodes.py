@@ -10,7 +10,7 @@ from geometry_msgs.msg import WrenchStamped
 from harness import Command
 from rclpy.executors import SingleThreadedExecutor
 
-from vessel_hsmc_ros.core.install_paths import PROFILES, share_directory
+from vessel_hsmc_ros.core.install_paths import PROFILES, profiles_folder
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 
@@ -89,7 +89,7 @@ def test_no_command_outlives_its_timeout_when_the_controller_is_stopped_goes_on_
     start: Callable[..., Command], witness: Any
 ) -> None:
     options = ("--ros-args", "-p", f"command_timeout:={TIMEOUT}")
-    profiles = {PROFILES: str(share_directory() / "config" / "fastdds.xml")}
+    profiles = {PROFILES: str(profiles_folder() / "fastdds.xml")}
     plant = start("python", "-m", "vessel_hsmc_ros.nodes", "vessel_sim", *options, environment=profiles)
     start("python", "-m", "vessel_hsmc_ros.nodes", "watchdog", *options, "-p", "ramp_time:=0.0", environment=profiles)
     commander = start("python", "-c", COMMANDER, environment=profiles)

@@ -12,14 +12,24 @@ import pytest
 from harness import Command
 from sockets import sockets_of
 
-from vessel_hsmc_ros.core.install_paths import PEERS, PROFILES, RANGE, TRANSPORTS, discovery, discovery_profiles, share_directory
+from vessel_hsmc_ros.core.install_paths import (
+    OLD_PROFILES,
+    PEERS,
+    PROFILES,
+    RANGE,
+    TRANSPORTS,
+    discovery,
+    discovery_profiles,
+    profiles_folder,
+    share_directory,
+)
 
 DEADLINE = 60.0
 
 
 @pytest.fixture
 def _unset(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in (PROFILES, RANGE, PEERS, TRANSPORTS):
+    for name in (PROFILES, OLD_PROFILES, RANGE, PEERS, TRANSPORTS):
         monkeypatch.delenv(name, raising=False)
 
 
@@ -79,6 +89,17 @@ def test_the_profiles_for_other_machines_differ_in_the_transports_only() -> None
     assert contents(local) == contents(profiles("fastdds_network.xml"))
 
 
+@pytest.mark.parametrize("name", ["fastdds.xml", "fastdds_network.xml"])
+def test_the_profiles_for_kilted_differ_in_the_names_of_two_elements_only(name: str) -> None:
+    renamed = {"heartbeatPeriod": "heartbeat_period", "nackSupressionDuration": "nack_supression_duration"}
+    expected = profiles(name)
+    changed = [each for each in expected.iter() if each.tag.removeprefix(SPACE) in renamed]
+    for each in changed:
+        each.tag = SPACE + renamed[each.tag.removeprefix(SPACE)]
+    assert len(changed) == 2
+    assert contents(expected) == contents(profiles(f"kilted/{name}"))
+
+
 def test_no_profile_of_nodes_on_one_machine_has_shared_memory() -> None:
     kinds = [each.text for each in profiles("fastdds.xml").iter(f"{SPACE}type")]
     assert kinds == ["UDPv4"]
@@ -97,7 +118,7 @@ def test_a_node_of_this_process_leaves_the_environment_as_it_was(monkeypatch: py
 
 
 def test_a_node_has_no_socket_beyond_the_loopback_interface(node: Callable[[str, dict[str, str]], Command]) -> None:
-    command = node("controller", {PROFILES: str(share_directory() / "config" / "fastdds.xml")})
+    command = node("controller", {PROFILES: str(profiles_folder() / "fastdds.xml")})
     command.until(lambda: "waiting for" in command.text or "subscribes to" in command.text, DEADLINE)
     found = command.until(lambda: sockets_of(command.popen.pid), DEADLINE)
     # A socket bound to the group of discovery hears it where it was joined: with the whitelist on the loopback interface.

@@ -2,7 +2,7 @@
 
     .venv/bin/python test/support/definitions.py    compile them all beforehand, about a minute; `make test` does
 
-They are kept in build/definitions until a definition or the version of Python changes.
+They are kept in build until a definition or the version of Python changes.
 """
 
 import ctypes
@@ -17,9 +17,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from vessel_hsmc_ros.core.install_paths import KILTED
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "test" / "definitions"
-BUILD = ROOT / "build" / "definitions"
+BUILD = ROOT / "build" / ("definitions_kilted" if KILTED else "definitions")
 NEEDED = {"px4_msgs": (), "geographic_msgs": (), "robot_localization": ("geographic_msgs", "geometry_msgs", "service_msgs")}
 """The packages in an order in which they can be compiled, with those that they need."""
 

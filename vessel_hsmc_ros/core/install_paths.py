@@ -16,8 +16,8 @@ __version__: str
 
 PACKAGE = "vessel_hsmc_ros"
 
-PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
-"""Environment variable of the Fast DDS profiles; those of this package stay on the local host and shorten discovery."""
+OLD_PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
+"""Environment variable of the profiles of Fast DDS 2, which Fast DDS 3 still reads."""
 
 RANGE, PEERS, TRANSPORTS = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "FASTDDS_BUILTIN_TRANSPORTS"
 """Environment variables by which a user chooses which machines the nodes discover, and how."""
@@ -51,6 +51,13 @@ def prefixes() -> list[Path]:
     return [Path(prefix) for prefix in (*named, sys.prefix) if prefix]
 
 
+KILTED = any((prefix / "share" / "fastdds").is_dir() for prefix in prefixes())
+"""Whether the ROS is Kilted, with Fast DDS 3; in Jazzy the folder is named fastrtps."""
+
+PROFILES = "FASTDDS_DEFAULT_PROFILES_FILE" if KILTED else OLD_PROFILES
+"""Environment variable of the Fast DDS profiles; those of this package stay on the local host and shorten discovery."""
+
+
 def share_directory() -> Path:
     """The checkout this module runs from, else the share folder of the prefix it was installed into."""
     # In a checkout (and with pip install -e) the data files are beside the code, so that edits take effect at once.
@@ -79,7 +86,12 @@ def discovery_profiles() -> str:
     given = os.environ.get
     beyond = given(RANGE, "LOCALHOST").upper() != "LOCALHOST" or given(PEERS) or given(TRANSPORTS)
     name = "fastdds_network.xml" if beyond else "fastdds.xml"
-    return given(PROFILES) or str(share_directory() / "config" / name)
+    return given(PROFILES) or given(OLD_PROFILES) or str(profiles_folder() / name)
+
+
+def profiles_folder() -> Path:
+    """The folder of the package's Fast DDS profiles: Fast DDS 3 has other names for two of the elements."""
+    return share_directory() / "config" / ("kilted" if KILTED else "")
 
 
 @contextmanager

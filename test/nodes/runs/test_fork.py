@@ -33,7 +33,7 @@ def test_a_fork_is_waited_for_up_to_a_limit_and_ends_by_a_signal() -> None:
     assert fork.returncode == -signal.SIGKILL
 
 
-@pytest.mark.parametrize("user", ["contextlib.nullcontext(rclpy.init() or rclpy.create_node('before'))", "StatusListener()"])
+@pytest.mark.parametrize("user", ["contextlib.nullcontext([rclpy.init(), rclpy.create_node('before')])", "StatusListener()"])
 def test_a_process_in_which_the_middleware_runs_is_not_forked_nor_after_a_run(user: str) -> None:
     program = f"""if True:
         import contextlib, numpy, rclpy
