@@ -1,12 +1,15 @@
 """Tables and progress bars of the command, in a terminal and in a log file."""
 
 import io
+import resource
+from pathlib import Path
 
 import pytest
 from rich.console import Console
 
 import vessel_hsmc_ros.cli.console as console_module
-from vessel_hsmc_ros.cli.console import print_error, print_line, print_table, progress_bar
+from vessel_hsmc_ros.cli.console import print_error, print_line, print_table, progress_bar, write_new
+from vessel_hsmc_ros.core.exceptions import ScenarioError
 
 
 def test_without_a_terminal_progress_is_a_title_and_the_given_lines(capsys: pytest.CaptureFixture[str]) -> None:
@@ -115,3 +118,14 @@ def test_without_a_terminal_and_a_total_the_amount_is_a_line_every_few_seconds(
     with progress_bar("running", None) as update:
         update(12.3)
     assert capsys.readouterr().err.splitlines() == ["running", "running: 12 s"]
+
+
+def test_a_file_that_does_not_fit_on_the_disk_leaves_no_part_of_it(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
+    try:
+        with pytest.raises(ScenarioError, match="cannot be written: File too large"):
+            write_new(tmp_path / "boat.yaml", "controller: 1\n" * 1000)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not list(tmp_path.iterdir())

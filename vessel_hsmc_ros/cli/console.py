@@ -158,12 +158,16 @@ def print_files(files: Mapping[str, Path]) -> None:
 
 def write_new(path: Path, text: str) -> None:
     """Write a new file. Raises ScenarioError if it exists, or cannot be written."""
+    made = False
     try:
         with path.open("x", encoding="utf-8") as file:
+            made = True
             file.write(text)
     except FileExistsError:
         raise ScenarioError(f"{path} exists and is not overwritten: choose another name, or delete it") from None
     except OSError as error:
+        if made:
+            path.unlink()  # a part of a scenario may be read as a whole one
         raise ScenarioError(f"{path} cannot be written: {error.strerror}") from None
 
 
