@@ -35,8 +35,8 @@ from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError, Scenar
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import distance
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
-from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, figure
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
+from vessel_hsmc_ros.report.diagrams import INK, LAW_COLOURS, NEUTRAL, figure
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
@@ -44,7 +44,6 @@ from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.ship_family import resolved
-from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.feasibility import infeasible
 from vessel_hsmc_ros.studies.rivals.nmpc import ModelParameters, NmpcParameters
 
@@ -288,8 +287,8 @@ def draw(path: Path, runs: list[dict[str, Result]]) -> None:
         for panel, (law, row) in zip(panels, PANELS.items(), strict=True):
             panel.add_patch(Circle((0.0, 0.0), START, fill=False, color=NEUTRAL, lw=0.8, ls=":"))
             for track in (each[row].track for each in runs):
-                panel.plot(*track.T, color=COLOURS[law], lw=1.1)
-                panel.plot(*track[0], "o", color=COLOURS[law], ms=3.5)
+                panel.plot(*track.T, color=LAW_COLOURS[law], lw=1.1)
+                panel.plot(*track[0], "o", color=LAW_COLOURS[law], ms=3.5)
             panel.plot(0.0, 0.0, "+", color=INK, ms=9)
             panel.set(title=row, aspect="equal", xlabel="east of the reference [L]", xlim=(-6, 6), ylim=(-6, 6))
         panels[0].set_ylabel("north of the reference [L]")

@@ -21,12 +21,11 @@ import scipy.integrate  # noqa: F401 - the time of its import is no time of plan
 from paths import CURRENT, SAMPLES, SPEED, Boat, boat  # type: ignore[import-not-found]
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.guidance.curve_motion import Velocities, inputs
 from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
-from vessel_hsmc_ros.guidance.planned_track import Stretch, TimetableConstants, TimetableMemory
-from vessel_hsmc_ros.guidance.programs import follow
+from vessel_hsmc_ros.guidance.planned_track import Stretch
 from vessel_hsmc_ros.guidance.sailing import sustained
-from vessel_hsmc_ros.plant.dynamics import unforced_sway
+from vessel_hsmc_ros.guidance.timetable import TimetableConstants, TimetableMemory, follow
+from vessel_hsmc_ros.plant.dynamics import Velocities, inverse_dynamics, unforced_sway
 from vessel_hsmc_ros.scenario.own_ship import MainData
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
@@ -118,7 +117,7 @@ def assess(b: Boat, mode: str, changes: dict[str, Any]) -> Found:
     vessel, m = p.vessel.coefficients(), p.motion
     u, v, r = states.T[3:]
     du, dv, dr = accelerations.T
-    surge, yaw = inputs(Velocities(u + np.where(u > 0.0, m.current, 0.0), v, r, du, dv, dr), vessel)
+    surge, yaw = inverse_dynamics(Velocities(u + np.where(u > 0.0, m.current, 0.0), v, r, du, dv, dr), vessel)
     sway = unforced_sway(u, v, r, dr, vessel)
     along = (u * du + v * dv) / np.maximum(np.hypot(u, v), 1e-9)
     shares = {

@@ -38,7 +38,7 @@ from vessel_hsmc_ros.faults import Fault, FaultScript
 from vessel_hsmc_ros.nodes.runs import supervisor
 from vessel_hsmc_ros.nodes.runs.supervisor import Injection, exclusive, supervise
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import Scenario, check_script, for_nodes, load_scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, check_script, dump_scenario, for_nodes, load_scenario
 
 
 def main() -> int:
@@ -128,7 +128,8 @@ def carry_out(cells: Sequence[Cell], scenario: Scenario, folder: RunFolder) -> s
     check_script(script, scenario)
     injection = Injection(script, scenario)
     folder.path.mkdir(parents=True, exist_ok=True)
-    folder.write_parameters(injection.relayed(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
+    recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
+    folder.write_parameters(dump_scenario(injection.relayed(recorded)))
     with exclusive("", scenario.controller.lockstep):
         status = supervise(folder, scenario, "", lambda _: None, injection=injection)
     folder.write_summary({"failure": status.failure})

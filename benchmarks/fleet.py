@@ -92,7 +92,7 @@ def run(vessels: int, duration: float, real_time: bool) -> Cost:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     with tempfile.TemporaryDirectory() as name, reserve_namespaces(fleet):
         folder = RunFolder(Path(name))
-        folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag, folder.parameters)))
+        folder.write_parameters(dump_fleet(fleet.with_bag(folder.bag, folder.parameters)))
         names = tuple(fleet.vessels)
         usage = Usage(SETTLED * duration)
         status = supervise(folder, fleet.base, "", usage.sample, vessels=names)

@@ -31,7 +31,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, alone
 from vessel_hsmc_ros.scenario.run_folder import make_run_folder
-from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
+from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
 NODES = ("controller", "reference_ship", "vessel_sim")
 SIGNALS = {"SIGKILL": signal.SIGKILL, "SIGSTOP": signal.SIGSTOP}
@@ -117,7 +117,7 @@ def trial(folder: Path, node: str, name: str, seed: int) -> Outcome:
     namespace = f"trial_{node}_{name.lower()}_{seed}"
     scenario = load_scenario("case2_tracking", {**for_nodes(False, True, namespace), **SETTINGS})
     run = make_run_folder(folder, namespace)
-    run.write_parameters(scenario.with_bag(run.bag.absolute(), run.parameters.absolute()))
+    run.write_parameters(dump_scenario(scenario.with_bag(run.bag.absolute(), run.parameters.absolute())))
     listener = Listener(namespace)
     with NodeGroup(run.parameters, run.logs, namespace, alone(NODES)) as group:
         if listener.until(listener.drives) == math.inf:

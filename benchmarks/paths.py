@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import held, per_leg, position_error, rms, summarise
 from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
 from vessel_hsmc_ros.guidance.lawnmower import plan_lawnmower
-from vessel_hsmc_ros.guidance.planned_track import Timetable, motion_at
+from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.report.record import errors_of, planned
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text

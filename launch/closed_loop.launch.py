@@ -40,7 +40,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
     from vessel_hsmc_ros.nodes.runs.supervisor import exclusive
     from vessel_hsmc_ros.scenario.law_file import load_law_file
     from vessel_hsmc_ros.scenario.run_folder import make_run_folder
-    from vessel_hsmc_ros.scenario.scenario import for_nodes, load_scenario
+    from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
     check_messages()
     namespace, recorded = namespace_of(context), flag(context, "record")
@@ -57,7 +57,7 @@ def start_nodes(context: LaunchContext) -> list[Any]:
         ExecutableInPackage(LOOP[name].executable, PACKAGE).perform(context)  # raises where none is installed
     HELD.enter_context(exclusive(namespace.strip("/"), scenario.controller.lockstep))
     folder = make_run_folder(Path(argument(context, "output")), scenario.name)
-    folder.write_parameters(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute()))
+    folder.write_parameters(dump_scenario(scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
     start = one_process if composed else own_processes
     return [SetEnvironmentVariable(PROFILES, discovery_profiles()), *start(names, str(folder.parameters), namespace)]
 

@@ -17,7 +17,7 @@ import pytest
 from vessel_hsmc_ros.core.install_paths import PROFILES, profiles_folder
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.control.interface.registry import Registry
+    from vessel_hsmc_ros.control.laws import Registry
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -19,7 +19,8 @@ from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
 from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 from vessel_hsmc_ros.nodes.pace import Pace
-from vessel_hsmc_ros.plant.dynamics import Wrench, bounded
+from vessel_hsmc_ros.plant.dynamics import Wrench
+from vessel_hsmc_ros.plant.hull_parameters import bounded
 from vessel_hsmc_ros.plant.simulator import Simulator
 from vessel_hsmc_ros.plant.thruster_plant import make_plant
 from vessel_hsmc_ros.scenario.parameters import SimParameters

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import __version__
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 
 VESSEL = VesselParameters().coefficients()

@@ -20,7 +20,7 @@ from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.kinematics import extrapolate
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 VESSEL = VesselParameters().coefficients()
 

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.repair import repair
 from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 STEPS = 60
 SKIPPED = b"\x50\x2a\x4d\x18\x04\x00\x00\x00size"

@@ -11,7 +11,7 @@ from bag_making import TYPES, topic, write_run
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.bags.writer import BagWriter
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 VESSEL = VesselParameters().coefficients()
 

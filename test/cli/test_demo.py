@@ -14,11 +14,10 @@ from matplotlib.image import imread
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.report.diagrams import page_colour, run_colour
+from vessel_hsmc_ros.report.diagrams import LAW_COLOURS, page_colour, run_colour
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
-from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 from vessel_hsmc_ros.studies import scenario_run
-from vessel_hsmc_ros.studies.comparison import COLOURS
 from vessel_hsmc_ros.studies.scenario_run import LAWS
 
 
@@ -44,7 +43,7 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Demonstration:
 
     def run_nodes(scenario: Scenario, folder: RunFolder, *_: Any, **__: Any) -> scenario_run.Result:
         scenarios.append(scenario)
-        folder.write_parameters(scenario)
+        folder.write_parameters(dump_scenario(scenario))
         bag_making.write_run(folder.bag, 100)
         return scenario_run.Result(folder)
 
@@ -75,12 +74,12 @@ def test_the_sentences_follow_the_table(demonstration: Demonstration) -> None:
 
 def test_a_law_has_one_colour_in_the_demonstration_and_in_comparisons() -> None:
     """Also in the picture of README, which its command draws."""
-    assert {law: page_colour(run_colour(run)) for run, law in enumerate(LAWS)} == {law: COLOURS[law] for law in LAWS}
+    assert {law: page_colour(run_colour(run)) for run, law in enumerate(LAWS)} == {law: LAW_COLOURS[law] for law in LAWS}
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     (laws,) = re.findall(r"`vessel-hsmc compare case2_tracking --laws ([\w,]+)` draws this picture", readme)
     picture = imread(Path(__file__).parents[2] / "docs" / "images" / "compare_case2.png")[..., :3]
     for law in laws.split(","):
-        shown = np.abs(picture - to_rgb(COLOURS[law])).max(axis=2) < 0.02
+        shown = np.abs(picture - to_rgb(LAW_COLOURS[law])).max(axis=2) < 0.02
         assert np.count_nonzero(shown) > 500, law
 
 

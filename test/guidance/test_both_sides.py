@@ -9,13 +9,14 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.guidance.corners import polyline
 from vessel_hsmc_ros.guidance.factory import travel_limits
-from vessel_hsmc_ros.guidance.path import plan_path
-from vessel_hsmc_ros.guidance.planned_track import Timetable, motion_at, world_rows
+from vessel_hsmc_ros.guidance.path import join, plan_path
 from vessel_hsmc_ros.guidance.route import Element, Phase, Route, SpeedProfile, displacement, straight, turn
 from vessel_hsmc_ros.guidance.route_motion import drift_along, motion_along
 from vessel_hsmc_ros.guidance.sailing import TRIED, _rested, excesses, halt
-from vessel_hsmc_ros.guidance.waypoints import PATH, THROUGH, Ship, Waypoint, join, polyline
+from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at, world_rows
+from vessel_hsmc_ros.guidance.waypoints import PATH, THROUGH, Ship, Waypoint
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

@@ -5,8 +5,9 @@ import math
 
 import pytest
 
+from vessel_hsmc_ros.guidance.corners import corner_of
 from vessel_hsmc_ros.guidance.route import displacement
-from vessel_hsmc_ros.guidance.waypoints import OVER, THROUGH, corner_of
+from vessel_hsmc_ros.guidance.waypoints import OVER, THROUGH
 
 
 @pytest.mark.parametrize("kind", [THROUGH, OVER])

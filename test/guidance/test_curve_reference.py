@@ -10,7 +10,8 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
+from vessel_hsmc_ros.plant.dynamics import derivative
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 PERIOD = 0.1
 START = (3.0, 4.0, 0.7)

@@ -11,10 +11,9 @@ from durations import rest_long
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.guidance.dense_paths import Scale, ahead, apart, thinned
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference, travel_limits
 from vessel_hsmc_ros.guidance.sailing import turning_at
-from vessel_hsmc_ros.guidance.waypoints import OVER, THROUGH, Waypoint
+from vessel_hsmc_ros.guidance.waypoints import OVER, THROUGH, Scale, Waypoint, ahead, apart, thinned
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

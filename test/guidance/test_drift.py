@@ -11,7 +11,8 @@ from vessel_hsmc_ros.guidance.curve_motion import PeriodicDrift, at_speed, sampl
 from vessel_hsmc_ros.guidance.curves import Arc, FigureEight, Square
 from vessel_hsmc_ros.guidance.route import Element, Phase, Route, SpeedProfile, straight, turn
 from vessel_hsmc_ros.guidance.route_motion import drift_along
-from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters, unforced_acceleration, unforced_sway
+from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_acceleration, unforced_sway
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 PAPER = VesselParameters().coefficients()
 HULLS = {

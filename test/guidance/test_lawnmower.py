@@ -14,9 +14,9 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference, travel_limits
 from vessel_hsmc_ros.guidance.lawnmower import plan_lawnmower, rectangle_legs, u_turn
-from vessel_hsmc_ros.guidance.planned_track import motion_at
 from vessel_hsmc_ros.guidance.route import CONSTANT, FREE, Element, Route, Section, SpeedProfile, displacement, phases, turn
 from vessel_hsmc_ros.guidance.sailing import Sailing, excesses, turning_at
+from vessel_hsmc_ros.guidance.timetable import motion_at
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario

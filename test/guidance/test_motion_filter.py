@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.guidance.goal import Filtered, MotionLimits, advance_filter, filter_of, read_filter
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 LIMITS = MotionLimits()
 SHIP = VesselParameters().coefficients()

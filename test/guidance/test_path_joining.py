@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference
-from vessel_hsmc_ros.guidance.planned_track import TimetableMemory, motion_at
+from vessel_hsmc_ros.guidance.timetable import TimetableMemory, motion_at
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

@@ -14,11 +14,12 @@ from reference_motion import PERIOD, assert_feasible, motion_of
 
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.guidance.curve_motion import Velocities
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, make_reference, travel_limits
-from vessel_hsmc_ros.guidance.planned_track import motion_at
+from vessel_hsmc_ros.guidance.route import TravelLimits
 from vessel_hsmc_ros.guidance.route_motion import DriftOverTime, RouteMotion, Travel
-from vessel_hsmc_ros.guidance.sailing import TravelLimits, excesses, sustained
+from vessel_hsmc_ros.guidance.sailing import excesses, sustained
+from vessel_hsmc_ros.guidance.timetable import motion_at
+from vessel_hsmc_ros.plant.dynamics import Velocities
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

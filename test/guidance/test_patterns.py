@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.guidance.curves import ExpandingSquareParameters, SpiralParameters
-from vessel_hsmc_ros.guidance.dense_paths import apart
 from vessel_hsmc_ros.guidance.factory import make_reference, track_of
 from vessel_hsmc_ros.guidance.lawnmower import polygon_legs
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, leg_count
+from vessel_hsmc_ros.guidance.waypoints import apart
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 
 NAME = "reference_ship.lawnmower.polygon"

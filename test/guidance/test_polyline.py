@@ -7,9 +7,10 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.guidance.corners import polyline
 from vessel_hsmc_ros.guidance.factory import travel_limits
 from vessel_hsmc_ros.guidance.path import plan_path
-from vessel_hsmc_ros.guidance.waypoints import Ship, Waypoint, polyline
+from vessel_hsmc_ros.guidance.waypoints import Ship, Waypoint
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 

@@ -12,7 +12,7 @@ from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.guidance.factory import make_reference
-from vessel_hsmc_ros.guidance.programs import follow
+from vessel_hsmc_ros.guidance.timetable import follow
 from vessel_hsmc_ros.messages.conversions import read_reference
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 from vessel_hsmc_ros.nodes.recorder import RecorderNode

@@ -17,7 +17,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.commands import nothing
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_sim_node.node import VesselSimNode
 
 STEP = 10_000_000

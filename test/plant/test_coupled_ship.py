@@ -10,15 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vessel_hsmc_ros.plant.dynamics import (
-    Vessel,
-    VesselParameters,
-    acceleration,
-    damping_force,
-    derivative,
-    rk4,
-    unforced_acceleration,
-)
+from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration, damping_force, derivative, rk4, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 Array = NDArray[np.float64]
 

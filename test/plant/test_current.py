@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, rk4, unforced_in_current
+from vessel_hsmc_ros.plant.dynamics import derivative, rk4, unforced_in_current
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)

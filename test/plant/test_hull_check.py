@@ -7,7 +7,15 @@ from hulls import CYBERSHIP_2, MILLIAMPERE, ship
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import another_ship, kept
-from vessel_hsmc_ros.plant.dynamics import AXES, ShipParameters, VesselParameters, check_hull, hull_warning, largest_gain, outside
+from vessel_hsmc_ros.plant.hull_parameters import (
+    AXES,
+    ShipParameters,
+    VesselParameters,
+    check_hull,
+    hull_warning,
+    largest_gain,
+    outside,
+)
 from vessel_hsmc_ros.plant.simulator import PlantParameters, Simulator
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.warnings import check_scenario

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.plant.devices import ActuatorParameters, SensorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, WaveParameters
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available

@@ -15,7 +15,7 @@ from vessel_hsmc_ros.plant.disturbance import (
     make_sea,
     with_waves,
 )
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
 
 PERIOD = 0.01

@@ -16,7 +16,8 @@ from vessel_hsmc_ros.plant.disturbance import (
     periodic_wrench,
     total,
 )
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, derivative, rk4, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import acceleration, derivative, rk4, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters, Simulator
 from vessel_sim_node import plant as public
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.kernel import kernel
 from vessel_hsmc_ros.core.kinematics import Motion
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, check_hull, damping_force, largest_gain, rk4_step
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force, rk4_step
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, check_hull, largest_gain
 from vessel_hsmc_ros.simulation.compilation import compiled
 
 Array = NDArray[np.float64]

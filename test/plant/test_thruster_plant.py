@@ -11,7 +11,7 @@ from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters, PlantParameters
 from vessel_hsmc_ros.plant.thruster_plant import (
     ThrusterPlant,

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.plant.disturbance import (
     spectrum,
     with_waves,
 )
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 
 REST = Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 STILL = (0.0, 0.0)

@@ -15,7 +15,7 @@ from durations import rest_long
 from harness import Command, run_folder
 
 from vessel_hsmc_ros import load_law_file, open_bag, simulate
-from vessel_hsmc_ros.control.interface.registry import Registry
+from vessel_hsmc_ros.control.laws import Registry
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, read_rows
 from vessel_hsmc_ros.studies.campaign.execute import run_campaign
 

@@ -13,7 +13,7 @@ from harness import BIN, exit_code, run_folder
 
 from vessel_hsmc_ros import Run, load_law_file, load_scenario, open_bag, simulate
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.registry import Registry
+from vessel_hsmc_ros.control.laws import Registry
 from vessel_hsmc_ros.report.from_bag import of_bag
 
 Captured = pytest.CaptureFixture[str]

@@ -12,7 +12,7 @@ from harness import run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.metrics import position_error
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 SHIP = VesselParameters().coefficients()

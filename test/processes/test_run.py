@@ -23,7 +23,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import taking_part
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 

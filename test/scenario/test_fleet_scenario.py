@@ -10,8 +10,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.guidance.factory import REFERENCES, make_reference, trajectory
-from vessel_hsmc_ros.scenario.parameters import NODES
-from vessel_hsmc_ros.scenario.parameters_file import read_parameters
+from vessel_hsmc_ros.scenario.parameters import NODES, read_parameters
 from vessel_hsmc_ros.scenario.scenario import MAX_VESSELS, dump_fleet, load_scenario, make_fleet, parse_scenario
 
 CASE = load_scenario("case2_tracking", {"vessel_sim.seed": 7})

@@ -7,7 +7,7 @@ import pytest
 
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, SimulationError
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.plant.simulator import within
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.warnings import SHIPS, check_scenario

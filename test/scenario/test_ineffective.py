@@ -7,10 +7,10 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import REFERENCES
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_for, scenario_text, thruster_layout
-from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.scenario.parameters import NODES, ineffective, rules_of
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
-from vessel_hsmc_ros.scenario.warnings import SHIPS, check_effects, check_goals, ineffective, rules_of
+from vessel_hsmc_ros.scenario.warnings import SHIPS, check_effects, check_goals
 
 PLAIN = "/**/controller: {ros__parameters: {law: guided}}"
 

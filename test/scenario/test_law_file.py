@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from vessel_hsmc_ros import load_scenario, make_controller
-from vessel_hsmc_ros.control.interface.registry import Registry
+from vessel_hsmc_ros.control.laws import Registry
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.law_file import (

@@ -13,7 +13,8 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.guidance.curve_motion import Demand
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES, MainData, scenario_for, scenario_text, thruster_layout
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Circle, Scale, scale_of, sway_damping_rate

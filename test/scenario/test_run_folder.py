@@ -34,12 +34,12 @@ def test_runs_that_start_in_the_same_second_have_a_folder_each(tmp_path: Path) -
 def test_a_summary_or_parameters_that_do_not_fit_on_the_disk_leave_the_older_ones_as_they_are(tmp_path: Path) -> None:
     folder = RunFolder(tmp_path)
     folder.write_summary({"exit_code": 0})
-    folder.write_text_of_parameters("a: 1\n")
+    folder.write_parameters("a: 1\n")
     with files_end_at(100):
         with pytest.raises(RunError, match=r"run\.json cannot be written: File too large"):
             folder.write_summary({"exit_code": 1, "failure": "x" * 1000})
         with pytest.raises(RunError, match=r"params\.yaml cannot be written: File too large"):
-            folder.write_text_of_parameters("a: 2\n" * 1000)
+            folder.write_parameters("a: 2\n" * 1000)
     assert folder.read_summary() == {"exit_code": 0}
     assert folder.parameters.read_text() == "a: 1\n"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["params.yaml", "run.json"]

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.schema import entries
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 
 GRAVITY, SEA_WATER = 9.81, 1025.0

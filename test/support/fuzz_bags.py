@@ -12,7 +12,7 @@ from fuzz_seeds import folder, seeds
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.topic_columns import MessageDecoder
 from vessel_hsmc_ros.messages.topics import definition
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 
 @cache

@@ -3,7 +3,8 @@
 from typing import Any
 
 from vessel_hsmc_ros.core.schema import entries
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel
+from vessel_hsmc_ros.plant.dynamics import Vessel
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 
 NAMES = {entry.symbol: name for name, entry in entries(ShipParameters).items() if entry.symbol and "." not in name}
 """Names of the parameters by their symbols."""

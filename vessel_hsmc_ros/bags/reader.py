@@ -40,8 +40,8 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.plant.dynamics import Vessel
-from vessel_hsmc_ros.scenario.parameters import NODES, declared
-from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_parameters, read_yaml
+from vessel_hsmc_ros.scenario.parameters import NODES, declared, read_parameters
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
 
 Parameters = Mapping[str, Mapping[str, Any]]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from vessel_hsmc_ros.studies.manoeuvres.run import Results
 if TYPE_CHECKING:
     from vessel_hsmc_ros.core.metrics import Run
-    from vessel_hsmc_ros.plant.dynamics import ShipParameters
+    from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
     from vessel_hsmc_ros.scenario.ship_rules import Step
 if TYPE_CHECKING:
     from vessel_hsmc_ros.scenario.vessels import LibraryVessel

@@ -56,12 +56,10 @@ from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.guidance.curves import Curve, CurveConstants, Shape, angle, course, curvature, position
-from vessel_hsmc_ros.guidance.planned_track import TimetableMemory, move
-from vessel_hsmc_ros.guidance.programs import KernelReference
-from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping, unforced_acceleration
+from vessel_hsmc_ros.guidance.timetable import KernelReference, TimetableMemory, move_table
+from vessel_hsmc_ros.plant.dynamics import Velocities, Vessel, damping_ratio, hull_velocities, inverse_dynamics, steady_drift
 
 ComplexArray = NDArray[np.complex128]
-
 SAMPLES_PER_BEND, LARGEST_EXPONENT = 256, 8
 """Samples of the solution along the shortest bend; at most 3^8 = 6561 in a period. An odd number has no Nyquist frequency."""
 
@@ -73,31 +71,6 @@ NEWTON_STEPS, NEWTON_TOLERANCE = 60, 1e-12
 
 DIFFERENCE = 1e-6  # step of the central differences, rad and rad/s
 NEGLIGIBLE = 1e-10  # higher harmonics below this share of the drift angle are omitted
-STEEPEST = 1.55  # largest drift angle of the solution, rad; the hull then travels almost sideways
-
-
-def damping_ratio(beta: Any, speed: Any, r: Any, vessel: Vessel) -> Any:
-    """Y(u, v, r)/u at a drift angle and a yaw rate, numbers or arrays, kg/s·(m/s).
-
-    `beta`: drift angle, rad. `speed`: U, m/s. `r`: yaw rate, rad/s.
-    """
-    u = speed * np.cos(beta)
-    return sway_damping(u, speed * np.sin(beta), r, vessel) / u
-
-
-def steady_drift(load: Array, speed: Array | float, vessel: Vessel) -> Array:
-    """The drift angle of a steady turn, F(beta) = 0 with beta' = kappa' = 0, by bisection.
-
-    `load`: m11·U·kappa, shape (n,), kg/s. `speed`: U, m/s, one or shape (n,). `vessel`: coefficients of (6). Returns drift
-    angle, shape (n,), rad; STEEPEST at most where the damping is too small for a smaller one.
-    """
-    low, high = np.full(load.shape, -STEEPEST), np.full(load.shape, STEEPEST)
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        # A steady turn has the yaw rate U·kappa.
-        above = load + damping_ratio(middle, speed, load / vessel.m11, vessel) > 0.0
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return np.where(load == 0.0, 0.0, 0.5 * (low + high))
 
 
 def sample_count(curve: Curve) -> int:
@@ -241,20 +214,8 @@ class PeriodicDrift:
 
 
 START_SAMPLES = 100  # number of instants of the start at which the demand is evaluated
-
 LARGEST_DRIFT = math.radians(45.0)  # largest drift angle, rad: beyond it the hull would travel more sideways than ahead
 BISECTIONS = 20
-
-
-class Velocities(NamedTuple):
-    """Body velocities and their time derivatives, numbers or arrays; m/s, m/s, rad/s and per second."""
-
-    u: Any
-    v: Any
-    r: Any
-    du: Any
-    dv: Any
-    dr: Any
 
 
 class Progress(NamedTuple):
@@ -291,24 +252,6 @@ class Demand(NamedTuple):
     drift: float
     surge_force: float
     yaw_moment: float
-
-
-@kernel
-def hull_velocities(W: Any, dW: Any, bend: tuple[Any, Any], direction: tuple[Any, Any], dbeta: Any, ddbeta: Any) -> Velocities:
-    """The body velocities of a hull along a plane curve, and their derivatives; numbers or arrays.
-
-    `W`, `dW`: speed along the curve and its rate, m/s and m/s². `bend`: curvature [1/m] and its slope [1/m²]. `direction`:
-    cosine and sine of the drift angle. `dbeta`, `ddbeta`: its time derivatives, rad/s and rad/s².
-    """
-    (kappa, kappa_slope), (c, sine) = bend, direction
-    return Velocities(
-        W * c,
-        W * sine,
-        W * kappa - dbeta,
-        dW * c - W * sine * dbeta,
-        dW * sine + W * c * dbeta,
-        W * W * kappa_slope + dW * kappa - ddbeta,
-    )
 
 
 @kernel
@@ -359,16 +302,9 @@ def demand(curve: Curve, pace: Pace, vessel: Vessel, largest_drift: float) -> De
     return Demand(drift, max(surge for surge, _ in forces), max(yaw for _, yaw in forces))
 
 
-def inputs(motion: Velocities, vessel: Vessel) -> tuple[Any, Any]:
-    """Surge force tau_1 [N] and yaw moment tau_2 [N·m] of motions, numbers or arrays."""
-    f_u, f_v, f_r = unforced_acceleration(motion.u, motion.v, motion.r, vessel)  # element by element
-    surge_force = vessel.m11 * (motion.du - f_u)
-    return surge_force, vessel.m33 * (motion.dr - f_r) + vessel.m32 * (motion.dv - f_v)
-
-
 def _forces(motion: Velocities, vessel: Vessel) -> tuple[float, float]:
     """Largest magnitudes of tau_1 [N] and tau_2 [N·m] over an array of motions."""
-    surge_force, yaw_moment = inputs(motion, vessel)
+    surge_force, yaw_moment = inverse_dynamics(motion, vessel)
     return float(np.max(np.abs(surge_force))), float(np.max(np.abs(yaw_moment)))
 
 
@@ -462,7 +398,7 @@ class CurveReference(KernelReference):
     initial position x, y [m] and course. `period`: length of a step, s.
     """
 
-    move, read = staticmethod(move), staticmethod(read)
+    move, read = staticmethod(move_table), staticmethod(read)
 
     def __init__(self, shape: Shape, pace: Pace, vessel: Vessel, start: tuple[float, ...], period: float) -> None:
         drift = PeriodicDrift(shape.curve, pace.speed, vessel).constants

@@ -27,16 +27,10 @@ from vessel_hsmc_ros.guidance.following import FollowingReference, PacedReferenc
 from vessel_hsmc_ros.guidance.goal import Filtered, GoalReference, MotionLimits, filter_of
 from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_survey
 from vessel_hsmc_ros.guidance.path import PathReference
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, TimetableMemory, TimetableReference, track_leaving
-from vessel_hsmc_ros.guidance.programs import (
-    CourseReference,
-    CourseReferenceParameters,
-    KernelReference,
-    ReferenceShip,
-    VirtualShipParameters,
-    follow,
-)
-from vessel_hsmc_ros.guidance.sailing import TravelLimits
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, TimetableReference, track_leaving
+from vessel_hsmc_ros.guidance.programs import CourseReference, CourseReferenceParameters, ReferenceShip, VirtualShipParameters
+from vessel_hsmc_ros.guidance.route import TravelLimits
+from vessel_hsmc_ros.guidance.timetable import KernelReference, TimetableMemory, follow
 from vessel_hsmc_ros.guidance.waypoints import (
     PATH,
     THROUGH,

@@ -29,7 +29,7 @@ import numpy as np
 from vessel_hsmc_ros.core.kernel import Array, clip, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, magnitude, wrap
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.guidance.programs import KernelReference
+from vessel_hsmc_ros.guidance.timetable import KernelReference
 from vessel_hsmc_ros.guidance.waypoints import GoalParameters, scheduled_goals
 from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
 

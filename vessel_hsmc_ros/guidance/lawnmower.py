@@ -37,21 +37,25 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.schema import parameter
+from vessel_hsmc_ros.guidance.corners import DISTINCT, Plan, Planned, from_rest, polyline, rest_of
 from vessel_hsmc_ros.guidance.curves import SMALLEST, magnitude
-from vessel_hsmc_ros.guidance.path import DISTINCT, Plan, from_rest, rest_of
-from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, Timetable, joined, leg_ends, stretch
-from vessel_hsmc_ros.guidance.route import CONSTANT, FREE, Element, Pieces, Route, Section, displacement, straight, turn
-from vessel_hsmc_ros.guidance.sailing import (
-    Sailing,
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, leg_ends, stretch
+from vessel_hsmc_ros.guidance.route import (
+    CONSTANT,
+    FREE,
+    Element,
+    Pieces,
+    Route,
+    Section,
     TravelLimits,
     Turning,
-    check_straight,
-    sail,
-    spot_turn,
-    turning_at,
-    turning_with,
+    displacement,
+    straight,
+    turn,
 )
-from vessel_hsmc_ros.guidance.waypoints import NONE, THROUGH, Planned, Ship, Waypoint, polyline
+from vessel_hsmc_ros.guidance.sailing import Sailing, check_straight, sail, spot_turn, turning_at, turning_with
+from vessel_hsmc_ros.guidance.timetable import Timetable, joined
+from vessel_hsmc_ros.guidance.waypoints import NONE, THROUGH, Ship, Waypoint
 from vessel_hsmc_ros.plant.dynamics import Vessel
 
 ROUNDING = 1e-9  # a width that exceeds a whole number of spacings by less, relative to a spacing, does not take another leg

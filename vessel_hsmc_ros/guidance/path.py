@@ -3,13 +3,14 @@
 A stop divides a path into parts that begin at rest, with a turn on the spot towards the next waypoint. Each part is a route: its
 legs, and corners with the smallest radius at the speed of the legs, or slower where the legs are too short for that. The
 reference is a timetable from the present motion on, planned anew with each path.
+
+Under way, a path begins with the present course and curvature: the curvature decays, and one turn points at the first waypoint.
 """
 
 import cmath
 import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,41 +18,47 @@ from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, wrap
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.guidance.dense_paths import Scale, ahead, thinned, wide_corners
-from vessel_hsmc_ros.guidance.planned_track import (
-    PlannedTrack,
-    Stretch,
+from vessel_hsmc_ros.guidance.corners import (
+    DISTINCT,
+    LEAST_ANGLE,
+    PathPiece,
+    Plan,
+    Planned,
+    fitted_turning,
+    from_rest,
+    polyline,
+    rest_of,
+    wide_corners,
+)
+from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, Stretch, TimetableReference, replaced, stretch, stretches_of
+from vessel_hsmc_ros.guidance.route import (
+    CONSTANT,
+    FREE,
+    Element,
+    Piece,
+    Pieces,
+    Route,
+    Section,
+    TravelLimits,
+    Turning,
+    changes_of,
+    displacement,
+    turn,
+)
+from vessel_hsmc_ros.guidance.sailing import check_straight, halt, largest_acceleration, sail, spot_turn
+from vessel_hsmc_ros.guidance.timetable import (
     Timetable,
     TimetableConstants,
     TimetableMemory,
-    TimetableReference,
     at_rest,
     blended,
     joined,
     motion_at,
-    replaced,
-    stretch,
-    stretches_of,
     world_rows,
 )
-from vessel_hsmc_ros.guidance.route import FREE, Element, Route, Section, changes_of, straight
-from vessel_hsmc_ros.guidance.sailing import Sailing, TravelLimits, check_straight, halt, largest_acceleration, sail, spot_turn
-from vessel_hsmc_ros.guidance.waypoints import (
-    STOP,
-    THROUGH,
-    Part,
-    Planned,
-    Point,
-    Ship,
-    Waypoint,
-    begun,
-    fitted_turning,
-    join,
-    polyline,
-)
+from vessel_hsmc_ros.guidance.waypoints import STOP, THROUGH, Part, Point, Scale, Ship, Waypoint, ahead, thinned
 
 SLOW = 0.5  # share of the required speed below which the mean speed of a path is named
-DISTINCT = 2e-3  # waypoints nearer to each other than this are one, relative to the radius of gyration of the hull
 TOLERANCE, REACH = 0.4, 4.0
 """How far points that are left out may be from the way, and how far off a leg a ship may be to be on it, relative to the radius
 of gyration, a quarter of the length of most hulls."""
@@ -68,25 +75,58 @@ transition in which it decays."""
 JOIN_SPEEDS = (1.0, 0.6, 0.35, 0.2)
 """Speeds of the turn with which a path begins under way, relative to that of the path, in the order of preference."""
 
+BISECTIONS, SCANNED = 50, 96  # bisections of an angle, and angles that are tried in a full turn to one side
 FAR = 1e9  # distance of a point that has the same bearing from wherever a vessel turns on the spot, m
-SET_OFF, SET_OFF_SHARE = 0.3, 0.1
-"""Speed of the beginning after a turn on the spot, in terms of the radius of gyration and the yaw acceleration, and largest share
-of the leg that it takes."""
 
 
-class Plan(NamedTuple):
-    """A path as a motion over time and its geometry, both from the time 0 on; and a remark where it is much slower."""
+def join(target: complex, curvature: float, decay: float, radius: float, transition: float, run: float) -> tuple[Pieces, Pieces]:
+    """The shortest turn from the present course, along which the position is 0 and the course 0, to a point.
 
-    table: Timetable
-    track: PlannedTrack
-    slow: str = ""
+    `target`: the point, m. `curvature`: present curvature, 1/m. `decay`: length in which it decays, m. `radius`, `transition`:
+    smallest radius of the turn and length of its transitions, m. `run`: way between the two, m. Returns the decay of the
+    curvature with the way after it, and the turn; without a way to the point, the turn leads past it.
+    """
+    first = tuple(piece for piece in (Piece(decay, curvature, 0.0), Piece(run, 0.0, 0.0)) if piece.length > 0.0)
+
+    def left(angle: float) -> complex:
+        """The way from the end of the turn to the point, in the frame of the course there."""
+        pieces = (*first, *turn(angle, radius, transition))
+        course = sum(0.5 * piece.length * (piece.begin + piece.end) for piece in pieces)
+        return (target - displacement(pieces)) * cmath.exp(-1j * course)
+
+    found = []
+    for side in (1.0, -1.0):
+        angles = side * np.linspace(0.0, 2.0 * math.pi, SCANNED + 1)
+        ways = [left(float(angle)) for angle in angles]
+        for i in range(SCANNED):
+            before, after = ways[i], ways[i + 1]
+            if before.imag * after.imag <= 0.0 and before.real > 0.0 and after.real > 0.0:
+                angle = _zero(left, float(angles[i]), float(angles[i + 1]), before.imag > 0.0)
+                found.append((abs(angle) * radius + left(angle).real, angle))
+    angle = min(found)[1] if found else wrap(cmath.phase(left(0.0)))
+    return first, turn(angle if abs(angle) > LEAST_ANGLE else 0.0, radius, transition)
 
 
-class PathPiece(NamedTuple):
-    """A part of a plan: its motion, and the sailing that it is; None for a halt or a turn on the spot."""
+def _zero(left: Callable[[float], complex], low: float, high: float, positive: bool) -> float:
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if (left(middle).imag > 0.0) == positive else (low, middle)
+    return 0.5 * (low + high)
 
-    table: Timetable
-    sailing: Sailing | None = None
+
+def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Planned:
+    """The beginning under way, as `join` makes it: at the present speed, then at that of the turn.
+
+    `before`: decay of the curvature, and the way on which the speed changes. `speed`: present speed, m/s.
+    """
+    elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, CONSTANT)]
+    if before[1:]:
+        elements.append(Element(before[1:], 0, turn=False))
+        sections.append(Section(before[1].length, max(speed, turning.speed), FREE))
+    if bend:
+        elements.append(Element(bend, 0, turn=True))
+        sections.append(Section(elements[-1].length, turning.speed, CONSTANT))
+    return elements, sections
 
 
 def plan_path(waypoints: Sequence[Waypoint], motion: Motion, acceleration: Acceleration, ship: Ship, speed: float) -> Plan:
@@ -220,39 +260,6 @@ def _parts(points: Sequence[Waypoint]) -> list[Part]:
             parts.append(tuple(points[begin:i]))
             begin = i
     return parts
-
-
-def rest_of(table: Timetable) -> Motion:
-    """The state at rest at the end of a table."""
-    x, y, psi = map(float, table.rows[-1, :3])
-    return Motion(x, y, psi, 0.0, 0.0, 0.0)
-
-
-def from_rest(legs: Planned, course: float, motion: Motion, ship: Ship, turned: Timetable | None) -> PathPiece:
-    """Legs and corners sailed from rest to rest.
-
-    `course`: of the first leg, rad. `motion`: at rest where it begins. `turned`: the turn on the spot before it, if there is one.
-    """
-    elements, sections = legs
-    if turned is not None:
-        elements, sections = _set_off(elements, sections, float(turned.times[-1]), ship)
-    # Not wrapped, so that the heading is continuous.
-    course = motion.psi + wrap(course - motion.psi)
-    route = Route(elements, (motion.x, motion.y, course))
-    sailing = sail(ship.owner, route, sections, ship.vessel, ship.limits)
-    # The heading at rest differs from the course of the leg by rounding, or by what is left of a drift angle.
-    row = at_rest(motion, 0.0).rows[0]
-    return PathPiece(blended(sailing.table, row, float(sailing.table.times[-1]) / len(elements)), sailing)
-
-
-def _set_off(elements: list[Element], sections: list[Section], duration: float, ship: Ship) -> Planned:
-    """The first leg with a slow beginning, in which a ship that has not kept its heading at rest turns to the leg."""
-    length, speed = elements[0].length, SET_OFF * ship.gyration * math.sqrt(ship.limits.yaw_acceleration)
-    way = min(speed * duration, SET_OFF_SHARE * length)
-    if elements[0].turn or speed >= sections[0].speed:
-        return elements, sections
-    slow, rest = (elements[0]._replace(pieces=straight(part)) for part in (way, length - way))
-    return [slow, rest, *elements[1:]], [Section(way, speed, FREE), sections[0]._replace(length=length - way), *sections[1:]]
 
 
 def _under_way(parts: list[Part], motion: Motion, acceleration: Acceleration, fastest: float, ship: Ship) -> list[PathPiece]:

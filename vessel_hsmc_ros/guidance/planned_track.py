@@ -1,4 +1,4 @@
-"""A plan: the geometry of a path or survey, the errors of a ship against it, and a motion that is known ahead as a table.
+"""A plan: the geometry of a path or survey, the errors of a ship against it, and the reference that follows it.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -9,28 +9,29 @@
 On a leg the line is straight, beyond its ends too: with d = (p - P(s_p))·exp(-i·chi), the cross-track error is Im d, the
 along-track error Re d. In a turn, s is the arc length of the nearest point near s_p, the cross-track error is Im d there, and the
 along-track error s - s_p. The motion of the reference has no part in it.
-
-The rows of a table are position and heading with their first and second derivatives. Between them stand polynomials of the fifth
-degree, so that position, velocity and acceleration are continuous and those of one motion; they are derivatives, not integrated.
 """
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.fence import Fence, leaving
-from vessel_hsmc_ros.core.kernel import Array, kernel
-from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import NO_LEG, TrackErrors
-from vessel_hsmc_ros.guidance.programs import KernelReference, passed
 from vessel_hsmc_ros.guidance.route import Element, Route, SpeedProfile
+from vessel_hsmc_ros.guidance.timetable import (
+    KernelReference,
+    Timetable,
+    TimetableConstants,
+    TimetableMemory,
+    move_table,
+    read_table,
+)
 
 ComplexArray = NDArray[np.complex128]
-
 STEPS, LEAST_SLOPE = 12, 0.25
 """Steps of Newton's method to the nearest point of a turn, and the smallest slope 1 - kappa·Im d that it divides by."""
 
@@ -38,7 +39,6 @@ FINE = 0.1
 """Largest distance between two positions with which a leg is compared, relative to that within which it counts as passed."""
 
 FENCE_POINTS = 1000  # of a stretch between two stops that are compared with a fence
-
 FARTHEST = 0.5  # how far from s_p the nearest point is sought, in terms of the smallest radius of curvature
 
 
@@ -213,121 +213,10 @@ def track_leaving(fence: Fence, track: PlannedTrack) -> str:
     return ""
 
 
-class Timetable(NamedTuple):
-    """A motion over time."""
-
-    times: Array  # increasing times, shape (n,), s
-    rows: Array  # x, y, psi, their first and their second derivatives, shape (n, 9)
-
-
-def joined(tables: Sequence[Timetable]) -> Timetable:
-    """Tables one after the other, each of which begins at the time 0 where and as the last one ends."""
-    times, rows, begin = [tables[0].times[:1]], [tables[0].rows[:1]], float(tables[0].times[0])
-    for table in tables:
-        times.append(begin + table.times[1:])
-        rows.append(table.rows[1:])
-        begin += float(table.times[-1])
-    return Timetable(np.concatenate(times), np.concatenate(rows))
-
-
-def blended(table: Timetable, row: Array, duration: float) -> Timetable:
-    """A table that begins with a given row: the difference decays along a polynomial of the fifth degree.
-
-    `row`: its first row as it must be, shape (9,). `duration`: time in which the difference decays, s.
-    """
-    offset, rows = row - table.rows[0], table.rows.copy()
-    elapsed = table.times - table.times[0]
-    for i in np.flatnonzero(elapsed < duration):
-        for j in range(3):
-            begin = float(offset[j]), float(offset[3 + j]), float(offset[6 + j])
-            rows[i, j::3] += quintic(begin, (0.0, 0.0, 0.0), duration, float(elapsed[i]) / duration)
-    return Timetable(table.times, rows)
-
-
-def world_rows(motion: Motion | tuple[Any, ...], acceleration: Acceleration | tuple[Any, ...]) -> Array:
-    """The rows of a table of states and the derivatives of their velocities: shape (9,) of numbers, (n, 9) of arrays."""
-    x, y, psi, u, v, r = motion
-    du, dv, dr = acceleration
-    along = np.exp(1j * psi)
-    velocity, change = (u + 1j * v) * along, (du - r * v + 1j * (dv + r * u)) * along
-    return np.stack((x, y, psi, velocity.real, velocity.imag, r, change.real, change.imag, dr), axis=-1)
-
-
-def at_rest(motion: Motion, *times: float) -> Timetable:
-    """A table of a ship that stays where it is."""
-    return Timetable(np.array(times), np.array([[*motion[:3], *[0.0] * 6]] * len(times)))
-
-
-class TimetableConstants(NamedTuple):
-    """The table, and the length of a step, s."""
-
-    table: Timetable
-    period: float
-
-
-class TimetableMemory(NamedTuple):
-    """Number of steps, whole ones but where the clock waits for the vessel: the motion is a function of time."""
-
-    steps: float
-
-
-@kernel
-def quintic(a: tuple[float, float, float], b: tuple[float, float, float], h: float, z: float) -> tuple[float, float, float]:
-    """The polynomial of the fifth degree between two points: value, first and second derivative.
-
-    `a`, `b`: value, first and second derivative at its two ends. `h`: time between these, s. `z`: where, from 0 to 1.
-    """
-    v, w, k = a[1] * h, b[1] * h, 0.5 * a[2] * h * h
-    # Rests at z = 1 of the Taylor polynomial at z = 0: of value, slope and half the second derivative.
-    e0, e1, e2 = b[0] - a[0] - v - k, w - v - 2.0 * k, 0.5 * b[2] * h * h - k
-    c3, c4, c5 = 10.0 * e0 - 4.0 * e1 + e2, -15.0 * e0 + 7.0 * e1 - 2.0 * e2, 6.0 * e0 - 3.0 * e1 + e2
-    value = a[0] + z * (v + z * (k + z * (c3 + z * (c4 + z * c5))))
-    slope = v + z * (2.0 * k + z * (3.0 * c3 + z * (4.0 * c4 + z * 5.0 * c5)))
-    bend = 2.0 * k + z * (6.0 * c3 + z * (12.0 * c4 + z * 20.0 * c5))
-    return value, slope / h, bend / (h * h)
-
-
-@kernel
-def column(rows: Array, i: int, j: int) -> tuple[float, float, float]:
-    """Value, first and second derivative of x, y or psi in a row."""
-    return float(rows[i, j]), float(rows[i, 3 + j]), float(rows[i, 6 + j])
-
-
-@kernel
-def motion_at(time: float, table: Timetable) -> tuple[Motion, Acceleration]:
-    """State, and the derivatives of its velocities; before the first and after the last time the ship is at rest."""
-    i, last = passed(table.times, time) - 1, len(table.times) - 1
-    if i < 0 or i >= last:
-        i = 0 if i < 0 else last
-        pose = Motion(float(table.rows[i, 0]), float(table.rows[i, 1]), float(table.rows[i, 2]), 0.0, 0.0, 0.0)
-        return pose, Acceleration(0.0, 0.0, 0.0)
-    begin = float(table.times[i])
-    h = float(table.times[i + 1]) - begin
-    z = (time - begin) / h
-    x, dx, ddx = quintic(column(table.rows, i, 0), column(table.rows, i + 1, 0), h, z)
-    y, dy, ddy = quintic(column(table.rows, i, 1), column(table.rows, i + 1, 1), h, z)
-    psi, r, dr = quintic(column(table.rows, i, 2), column(table.rows, i + 1, 2), h, z)
-    c, s = math.cos(psi), math.sin(psi)
-    u, v = c * dx + s * dy, -s * dx + c * dy
-    return Motion(x, y, psi, u, v, r), Acceleration(c * ddx + s * ddy + r * v, -s * ddx + c * ddy - r * u, dr)
-
-
-@kernel
-def move(m: TimetableMemory, c: TimetableConstants) -> TimetableMemory:  # noqa: ARG001 - the form of all references
-    """The reference one period later."""
-    return TimetableMemory(m.steps + 1)
-
-
-@kernel
-def read(m: TimetableMemory, c: TimetableConstants) -> tuple[Motion, Acceleration]:
-    """State, and the derivatives of its velocities."""
-    return motion_at(m.steps * c.period, c.table)
-
-
 class TimetableReference(KernelReference):
     """A motion that is known ahead, in discrete time."""
 
-    move, read = staticmethod(move), staticmethod(read)
+    move, read = staticmethod(move_table), staticmethod(read_table)
 
     def __init__(self, table: Timetable, track: PlannedTrack, period: float) -> None:
         self.constants, self.track = TimetableConstants(table, period), track

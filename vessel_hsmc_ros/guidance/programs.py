@@ -1,6 +1,4 @@
-"""References over time that are known as formulas: the holder of their kernels, input programs, a heading, and the virtual ship.
-
-References that are kernels: pure functions of a memory, which the node steps and a batch of runs compiles.
+"""References over time that are known as formulas: input programs, a heading, and the virtual ship.
 
 Inputs as functions of time: the sum of a constant, a sine, steps and a ramp.
 
@@ -24,7 +22,7 @@ import math
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,70 +30,10 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_motion
 from vessel_hsmc_ros.core.schema import group, parameter
-from vessel_hsmc_ros.plant.dynamics import (
-    STILL_WATER,
-    Vessel,
-    VesselParameters,
-    divergence,
-    initial_pose,
-    initial_velocity,
-    rate_of_motion,
-    rk4_step,
-)
+from vessel_hsmc_ros.guidance.timetable import KernelReference, passed
+from vessel_hsmc_ros.plant.dynamics import STILL_WATER, Vessel, rate_of_motion, rk4_step
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters, divergence, initial_pose, initial_velocity
 
-move: Any = None  # the kernels of a reference take the place of these two
-read: Any = None
-
-
-@kernel
-def follow(memory: Any, constants: Any, rows: Array) -> None:
-    """Write the motion of each step into rows of shape (n, 9)."""
-    for k in range(len(rows)):
-        memory = move(memory, constants) if k > 0 else memory
-        motion, acceleration = read(memory, constants)
-        for i in range(6):
-            rows[k, i] = motion[i]
-        for i in range(3):
-            rows[k, 6 + i] = acceleration[i]
-
-
-class KernelReference:
-    """Holder of the memory of a reference; see `Reference` for the meaning of its methods."""
-
-    move: ClassVar[Any]  # kernel (memory, constants) -> memory, one period later
-    read: ClassVar[Any]  # kernel (memory, constants) -> state and accelerations
-    constants: Any  # NamedTuple of what does not change during a run
-    memory: Any  # NamedTuple of what does
-    _read_from: Any = None
-    _reading: tuple[Array, Array]
-
-    @property
-    def kernels(self) -> dict[str, Any]:
-        """The kernels that `follow` calls."""
-        return {"move": self.move, "read": self.read}
-
-    @property
-    def state(self) -> Array:
-        """Pose x, y, psi and body velocities u, v, r of the present step, shape (6,)."""
-        return self._present()[0]
-
-    def acceleration(self) -> Array:
-        """Derivatives du, dv, dr of the body velocities at the present step, shape (3,): m/s², m/s², rad/s²."""
-        return self._present()[1]
-
-    def advance(self) -> None:
-        """Advance by one period."""
-        self.memory = self.move(self.memory, self.constants)
-
-    def _present(self) -> tuple[Array, Array]:
-        # The memory is a new tuple after every change, so its reading is computed once.
-        if self._read_from is not self.memory:
-            motion, acceleration = self.read(self.memory, self.constants)
-            self._reading, self._read_from = (np.array(motion), np.array(acceleration)), self.memory
-        return self._reading
-
-
-EARLY = 0.5e-9  # tolerance of half a nanosecond, s: a step takes effect at its instant in spite of rounded times
 MAX_INPUT_TIME, MAX_INPUT = 1e9, 1e12
 
 
@@ -219,19 +157,6 @@ def interpolated(p: Program, time: float) -> tuple[float, float]:
     begin = float(t[after - 1])
     slope = (float(y[after]) - last) / (float(t[after]) - begin)
     return last + slope * (time - begin), slope
-
-
-@kernel
-def passed(times: Array, time: float) -> int:
-    """How many of some increasing times have passed, by bisection."""
-    low, high = 0, len(times)
-    while low < high:
-        middle = (low + high) // 2
-        if time + EARLY < times[middle]:
-            high = middle
-        else:
-            low = middle + 1
-    return low
 
 
 @dataclass(frozen=True)

@@ -299,3 +299,22 @@ def displacement(pieces: Pieces) -> complex:
     """Where pieces end that begin at 0 with the course 0, m."""
     whole = Route([Element(pieces, 0, turn=True)], (0.0, 0.0, 0.0))
     return complex(whole.position(whole.length))
+
+
+class TravelLimits(NamedTuple):
+    """Limits of a motion along a route, m/s², rad/s, rad/s², N, N·m, infinite where unknown, and the current allowed for, m/s."""
+
+    acceleration: float
+    yaw_rate: float
+    yaw_acceleration: float
+    surge_force: float
+    yaw_moment: float
+    current: float
+
+
+class Turning(NamedTuple):
+    """A turn: speed, m/s, radius, m, length of its transitions, m."""
+
+    speed: float
+    radius: float
+    transition: float

@@ -27,10 +27,9 @@ import numpy as np
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.guidance.curve_motion import Velocities, hull_velocities, inputs, steady_drift
-from vessel_hsmc_ros.guidance.planned_track import Timetable
 from vessel_hsmc_ros.guidance.route import Route, SpeedProfile
-from vessel_hsmc_ros.plant.dynamics import Vessel, sway_damping
+from vessel_hsmc_ros.guidance.timetable import Timetable
+from vessel_hsmc_ros.plant.dynamics import Velocities, Vessel, hull_velocities, inverse_dynamics, steady_drift, sway_damping
 
 TOLERANCE = 1e-9  # relative residual of the collocation, so small that its choice of instants does not show
 SMALL_MESH, FINER, LARGEST_MESH = 200_000, 20, 2_000_000
@@ -198,7 +197,7 @@ class RouteMotion(NamedTuple):
 
     def inputs(self, current: float = 0.0) -> tuple[Array, Array]:
         """Surge force [N] and yaw moment [N·m] that the motion takes against a current from ahead, m/s."""
-        return inputs(self.velocities._replace(u=self.velocities.u + current), self.vessel)
+        return inverse_dynamics(self.velocities._replace(u=self.velocities.u + current), self.vessel)
 
 
 def motion_along(

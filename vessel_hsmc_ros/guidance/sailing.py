@@ -28,9 +28,8 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Motion, wrap
 from vessel_hsmc_ros.core.metrics import NO_LEG
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, Velocities, demand, inputs
+from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.guidance.curves import Arc
-from vessel_hsmc_ros.guidance.planned_track import Timetable, blended, joined, world_rows
 from vessel_hsmc_ros.guidance.route import (
     CONSTANT,
     FREE,
@@ -40,12 +39,15 @@ from vessel_hsmc_ros.guidance.route import (
     Route,
     Section,
     SpeedProfile,
+    TravelLimits,
+    Turning,
     phases,
     straight,
     turn,
 )
 from vessel_hsmc_ros.guidance.route_motion import RouteMotion, motion_along, timetable
-from vessel_hsmc_ros.plant.dynamics import Vessel, unforced_sway
+from vessel_hsmc_ros.guidance.timetable import Timetable, blended, joined, world_rows
+from vessel_hsmc_ros.plant.dynamics import Velocities, Vessel, inverse_dynamics, unforced_sway
 
 LARGEST_SHARE = 0.7
 """Largest share of surge force and yaw moment that a turn takes in calm water: the rest is for wind and for catching up."""
@@ -62,31 +64,11 @@ MAX_LENGTH_RATIO = 200.0
 SLOWEST = 0.02  # smallest share of the speed at which a turn is sought
 RESOLVED = 0.997  # share of the limits up to which peaks between two instants of a motion are below them as well
 BISECTIONS = 30
-
 TRIED, TRIED_SHARE = 1e-4, 0.997
 """Relative residual of the drift angle of a turn that is tried, and the share of yaw rate and acceleration that it may take: in a
 path the drift angle is exact, other instants are compared, and a peak is by up to 0.1 % larger."""
 
 RUN_UP = 4.0  # length of the legs before and after the turn that is tried, in transitions
-
-
-class TravelLimits(NamedTuple):
-    """Limits of a motion along a route, m/s², rad/s, rad/s², N, N·m, infinite where unknown, and the current allowed for, m/s."""
-
-    acceleration: float
-    yaw_rate: float
-    yaw_acceleration: float
-    surge_force: float
-    yaw_moment: float
-    current: float
-
-
-class Turning(NamedTuple):
-    """A turn: speed, m/s, radius, m, length of its transitions, m."""
-
-    speed: float
-    radius: float
-    transition: float
 
 
 class Excess(NamedTuple):
@@ -300,7 +282,10 @@ def _turned(pose: tuple[float, float, float], angle: float, vessel: Vessel, limi
         turned, r, dr = (side * column for column in profile.at(times))
         still = np.zeros_like(times)
         table, v, dv = _integrated(complex(x, y), 0.0, _Given(times, still, still, psi + turned, r, dr), vessel)
-        if np.max(np.abs(inputs(Velocities(still, v, r, still, dv, dr), vessel)[1])) <= LARGEST_SHARE * limits.yaw_moment:
+        if (
+            np.max(np.abs(inverse_dynamics(Velocities(still, v, r, still, dv, dr), vessel)[1]))
+            <= LARGEST_SHARE * limits.yaw_moment
+        ):
             return table
         share *= SLOWER
     raise ParameterError(
@@ -360,9 +345,7 @@ class Sailing(NamedTuple):
 
 
 AT_REST = (0.0, 0.0)
-
 REACHED = 1e-9
-
 RESTING = 1e-3  # share of the largest yaw rate below which a ship that has come to the end is at rest
 ATTEMPTS, SLOWER_TURN, GENTLER = 24, 0.95, 0.7
 """Attempts to keep all limits, and what reduces the speed of a turn and the acceleration from one to the next."""

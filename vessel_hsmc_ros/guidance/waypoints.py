@@ -1,136 +1,30 @@
-"""Waypoints: the legs and corners between them, and the parameters that schedule paths and goals.
+"""Waypoints: from the parameters file, and those of planners and track logs that are needed.
 
-Legs and corners of a path without a stop: each corner as fast as its legs leave room for.
+The parameters of goals and paths schedule goals and waypoints, for runs without a publisher of them.
 
-Through a corner of the angle theta, the turn begins and ends at the same distance from the waypoint. Over the waypoint, the ship
-turns only when it has passed it, by theta + eps, and back by eps, so that it is on the next leg again. A corner sharper than
-SHARPEST cannot be cut through and is sailed over its waypoint.
+A planner gives a point every few centimetres, and the first behind the vessel. Of waypoints with one speed, between stops, those
+remain from the legs of which the others are at most a tolerance off [1].
 
-Under way, a path begins with the present course and curvature: the curvature decays, and one turn points at the first waypoint.
-
-The parameters of goals and paths, and the goals and waypoints that they schedule, for runs without a publisher of them.
+[1] Douglas, D. H.; Peucker, T. K.: Algorithms for the reduction of the number of points required to represent a digitized line or
+its caricature. Cartographica 10(2), 1973, pp. 112-122.
 """
 
-import cmath
 import math
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.core.kinematics import wrap
-from vessel_hsmc_ros.core.quantities import quantity
+from vessel_hsmc_ros.core.fence import from_ways
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.guidance.route import CONSTANT, FREE, Element, Piece, Pieces, Section, displacement, straight, turn
-from vessel_hsmc_ros.guidance.sailing import TravelLimits, Turning, turning_at, turning_with
+from vessel_hsmc_ros.guidance.route import TravelLimits, Turning
 from vessel_hsmc_ros.plant.dynamics import Vessel
 
-SHARPEST = math.radians(120.0)
-
-LEAST_ANGLE = 1e-9  # a corner with less is none, rad
-LARGEST_EPS = 0.8 * math.pi
-
-BISECTIONS, SCANNED = 50, 96  # bisections of an angle, and angles that are tried in a full turn to one side
 THROUGH, OVER, STOP = "through", "over", "stop"
-
-RUN_UP = 0.25
-"""Share of a leg from or to rest that corners leave free, for the change of speed. A corner that takes nearly all of a leg from
-rest is sailed at the little speed that is reached before it: without this share, some routes take many times as long."""
-
-SLOWER, RUNGS = 0.95, 80  # ratio of the speeds at which a corner is tried, and their number
-SMALLER, RADII = 0.8, 12
-"""Ratio of the radii of which the first that fits is named where a corner has no room, and their number."""
-
-SHORTEST = 1e-9  # a leg between two corners that is shorter than this share of it is left out
-Planned = tuple[list[Element], list[Section]]
-
-
-class Corner(NamedTuple):
-    """A corner: its pieces, and how far before and after the waypoint it begins and ends, m."""
-
-    pieces: Pieces
-    before: float
-    after: float
-
-
-def corner_of(kind: str, angle: float, radius: float, transition: float) -> Corner:
-    """The corner at a waypoint.
-
-    `kind`: THROUGH or OVER. `angle`: change of the course, rad, in (-pi, pi]. `radius`: smallest radius, m. `transition`:
-    length of its transitions, m.
-    """
-    if abs(angle) < LEAST_ANGLE:
-        return Corner((), 0.0, 0.0)
-    if kind == THROUGH and abs(angle) <= SHARPEST:
-        pieces = turn(angle, radius, transition)
-        # By symmetry the chord has half the angle.
-        reach = 0.5 * abs(displacement(pieces)) / math.cos(0.5 * angle)
-        return Corner(pieces, reach, reach)
-    return _over(angle, radius, transition)
-
-
-def _over(angle: float, radius: float, transition: float) -> Corner:
-    side, size = math.copysign(1.0, angle), abs(angle)
-
-    def pieces(eps: float, to: float = 1.0) -> Pieces:
-        return (*turn(to * (size + eps), radius, transition), *turn(-to * eps, radius, transition))
-
-    def end(eps: float) -> complex:
-        """Where it ends, in the frame of the next leg."""
-        return displacement(pieces(eps)) * cmath.exp(-1j * size)
-
-    low, high = 0.0, LARGEST_EPS
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        # On the outer side of the next leg at first, and the nearer the farther the ship turns.
-        low, high = (middle, high) if end(middle).imag < 0.0 else (low, middle)
-    return Corner(pieces(high, side), 0.0, end(high).real)
-
-
-def join(target: complex, curvature: float, decay: float, radius: float, transition: float, run: float) -> tuple[Pieces, Pieces]:
-    """The shortest turn from the present course, along which the position is 0 and the course 0, to a point.
-
-    Args:
-        target: The point, m.
-        curvature: Present curvature, 1/m.
-        decay: Length in which it decays, m.
-        radius: Smallest radius of the turn, m.
-        transition: Length of its transitions, m.
-        run: Way between the two, m.
-
-    Returns:
-        The decay of the curvature with the way after it, and the turn; without a way to the point, the turn leads past it.
-    """
-    first = tuple(piece for piece in (Piece(decay, curvature, 0.0), Piece(run, 0.0, 0.0)) if piece.length > 0.0)
-
-    def left(angle: float) -> complex:
-        """The way from the end of the turn to the point, in the frame of the course there."""
-        pieces = (*first, *turn(angle, radius, transition))
-        course = sum(0.5 * piece.length * (piece.begin + piece.end) for piece in pieces)
-        return (target - displacement(pieces)) * cmath.exp(-1j * course)
-
-    found = []
-    for side in (1.0, -1.0):
-        angles = side * np.linspace(0.0, 2.0 * math.pi, SCANNED + 1)
-        ways = [left(float(angle)) for angle in angles]
-        for i in range(SCANNED):
-            before, after = ways[i], ways[i + 1]
-            if before.imag * after.imag <= 0.0 and before.real > 0.0 and after.real > 0.0:
-                angle = _zero(left, float(angles[i]), float(angles[i + 1]), before.imag > 0.0)
-                found.append((abs(angle) * radius + left(angle).real, angle))
-    angle = min(found)[1] if found else wrap(cmath.phase(left(0.0)))
-    return first, turn(angle if abs(angle) > LEAST_ANGLE else 0.0, radius, transition)
-
-
-def _zero(left: Callable[[float], complex], low: float, high: float, positive: bool) -> float:
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if (left(middle).imag > 0.0) == positive else (low, middle)
-    return 0.5 * (low + high)
 
 
 class Waypoint(NamedTuple):
@@ -163,153 +57,81 @@ class Ship(NamedTuple):
         return math.sqrt(self.vessel.m33 / self.vessel.m22)
 
 
-def fitted_turning(speed: float, ship: Ship) -> Turning:
-    """The turn of the ship's corners at a speed, or slower where the ship needs it."""
-    try:
-        if ship.radius:
-            return turning_with(ship.radius, speed, ship.vessel, ship.limits)
-        return turning_at(speed, ship.vessel, ship.limits)
-    except ParameterError as error:
-        if not ship.radius:
-            raise ParameterError(f"{ship.owner}: {error}; a stop at each waypoint or larger limits of turning would do") from None
-        tightest = fitted_turning(speed, ship._replace(radius=0.0))
-        remedy = f"{tightest.radius:.3g} m at {tightest.speed:.3g} m/s would do"
-        raise ParameterError(f"{ship.owner}.corner_radius: {error}; {remedy}") from None
-
-
-def begun(before: Pieces, bend: Pieces, speed: float, turning: Turning) -> Planned:
-    """The beginning under way, as `corners.join` makes it: at the present speed, then at that of the turn.
-
-    `before`: decay of the curvature, and the way on which the speed changes. `speed`: present speed, m/s.
-    """
-    elements, sections = [Element(before[:1], 0, turn=True)], [Section(before[0].length, speed, CONSTANT)]
-    if before[1:]:
-        elements.append(Element(before[1:], 0, turn=False))
-        sections.append(Section(before[1].length, max(speed, turning.speed), FREE))
-    if bend:
-        elements.append(Element(bend, 0, turn=True))
-        sections.append(Section(elements[-1].length, turning.speed, CONSTANT))
-    return elements, sections
-
-
-def polyline(start: complex, points: Part, ship: Ship, under_way: bool = False) -> Planned:
-    """The legs and corners to the last waypoint.
-
-    `start`: where the first leg begins, m. `under_way`: whether it does not begin at rest.
-    """
-    ways = [b - a for a, b in zip((start, *(p.position for p in points)), (p.position for p in points), strict=False)]
-    lengths = [abs(way) for way in ways]
-    free = list(lengths)
-    free[-1] *= 1.0 - RUN_UP
-    if not under_way:
-        free[0] *= 1.0 - RUN_UP if len(free) > 1 else 1.0
-    corners = _corners(points, ways, free, ship)
-    elements, sections = [], []
-    for i, (length, point) in enumerate(zip(lengths, points, strict=True)):
-        left = length - (corners[i - 1][0].after if i else 0.0) - (corners[i][0].before if i < len(corners) else 0.0)
-        if left > SHORTEST * length:
-            elements.append(Element(straight(left), point.number - 1, turn=False))
-            sections.append(Section(left, point.speed, FREE))
-        if i < len(corners) and corners[i][0].pieces:
-            elements.append(Element(corners[i][0].pieces, point.number - 1, turn=True))
-            sections.append(Section(elements[-1].length, corners[i][1], CONSTANT))
-    return elements, sections
-
-
-class _Bend(NamedTuple):
-    """What stands at a waypoint."""
-
-    number: int  # of its waypoint
-    kind: str  # THROUGH or OVER
-    angle: float  # change of the course, rad
-    speed: float  # of its legs, m/s
-    turning: Turning | None  # as that of the waypoint
-
-    def corner(self, ship: Ship, slower: float = 1.0) -> tuple[Corner, float]:
-        """The corner, and its speed, at a share of the speed."""
-        # A turn that is smaller and slower alike has the same yaw rate, and less yaw acceleration.
-        turning = (
-            Turning(*(slower * value for value in self.turning)) if self.turning else fitted_turning(slower * self.speed, ship)
-        )
-        return corner_of(self.kind, self.angle, turning.radius, turning.transition), turning.speed
-
-
-def _corners(points: Part, ways: Sequence[complex], free: Sequence[float], ship: Ship) -> list[tuple[Corner, float]]:
-    """The corners with their speeds."""
-    bends = []
-    for i, (before, after) in enumerate(pairwise(ways)):
-        angle = wrap(cmath.phase(after) - cmath.phase(before))
-        speed = min(points[i].speed, points[i + 1].speed)
-        bends.append(_Bend(points[i].number, points[i].corner, angle, speed, points[i].turning))
-    wanted = [bend.corner(ship)[0] for bend in bends]
-    # A leg belongs to its corners half and half, or one has what the other leaves.
-    room = [
-        (
-            max(0.5 * free[i], free[i] - wanted[i - 1].after) if i else free[i],
-            max(0.5 * free[i + 1], free[i + 1] - (wanted[i + 1].before if i + 1 < len(wanted) else 0.0)),
-        )
-        for i in range(len(bends))
-    ]
-    return [_fitted(bend, before, after, ship) for bend, (before, after) in zip(bends, room, strict=True)]
-
-
-def _fitted(bend: _Bend, before: float, after: float, ship: Ship) -> tuple[Corner, float]:
-    """The fastest corner that needs at most so much of the legs before and after it, m."""
-
-    def fits(rung: int) -> bool:
-        corner, _ = bend.corner(ship, SLOWER**rung)
-        return corner.before <= before and corner.after <= after
-
-    if fits(0):
-        return bend.corner(ship)
-    low, high = 0, _rungs(bend.speed, ship.limits.current)
-    if not fits(high):
-        raise ParameterError(_unsailable(bend, before, after, ship, high))
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if fits(middle) else (middle, high)
-    return bend.corner(ship, SLOWER**high)
-
-
-def _rungs(speed: float, current: float) -> int:
-    """How many steps slower than a speed a corner may be: not slower than the current."""
-    if not current:
-        return RUNGS
-    return min(RUNGS, max(0, math.floor(math.log(current / speed) / math.log(SLOWER))))
-
-
-def _unsailable(bend: _Bend, before: float, after: float, ship: Ship, rungs: int) -> str:
-    slower = SLOWER**rungs
-    corner, speed = bend.corner(ship, slower)
-    needs, has = max((corner.before, before), (corner.after, after), key=lambda pair: pair[0] - pair[1])
-    radius = _fitting_radius(bend, before, after, ship, slower) if ship.radius else None
-    remedy = f"a corner_radius of {radius:g} m, " if radius else ""
-    angle = f"{abs(math.degrees(bend.angle)):.0f}°"
-    return (
-        f"{ship.owner}: corner {bend.number} of {angle} needs {quantity(needs, 'm')} of a leg even at"
-        f" {speed:.2g} m/s, and has {quantity(has, 'm')}; {remedy}longer legs or a stop there would do"
-    )
-
-
-def _fitting_radius(bend: _Bend, before: float, after: float, ship: Ship, slower: float) -> float | None:
-    """The largest radius, by steps and rounded down to three digits, of a corner that the legs leave room for, m."""
-    radius = ship.radius
-    for _ in range(RADII):
-        radius *= SMALLER
-        with suppress(ParameterError):
-            corner, _ = bend.corner(ship._replace(radius=radius), slower)
-            if corner.before <= before and corner.after <= after:
-                digits = 2 - math.floor(math.log10(radius))
-                return math.floor(radius * 10.0**digits) / 10.0**digits
-    return None
-
-
 NONE = (0.0,)
 """A list without a pose or waypoint: one number, which is neither, because the parameters files of ROS have no empty lists."""
 
 Point = tuple[float, float]
 PATH = "reference_ship.path"
 CORNERS = (THROUGH, OVER, STOP)
+Points = NDArray[np.complex128]
+ALONG = math.cos(math.radians(60.0))
+"""Cosine of the largest angle between the course of a vessel that is on a leg and that of the leg."""
+
+
+class Scale(NamedTuple):
+    """Lengths of a vessel, m."""
+
+    tolerance: float  # how far points that are left out may be from their leg
+    reach: float  # how far off a leg the vessel may be to be on it
+    turn: float  # way in which it turns to a point under way; 0 at rest
+
+
+def apart(points: Points, line: Points) -> NDArray[np.float64]:
+    """The distance of each point from a polyline of at least two points, m."""
+    found: NDArray[np.float64] = from_ways(points[:, None], line[:-1], np.diff(line)).min(axis=1)
+    return found
+
+
+def thinned(start: complex, points: Sequence[Waypoint], tolerance: float) -> list[Waypoint]:
+    """The waypoints that are needed; each has those that were left out on the leg to it.
+
+    `start`: where the first leg begins, m. `tolerance`: how far those that are left out may be from their leg, m.
+    """
+    place = np.array([start, *(point.position for point in points)])
+    needed, last = [0], len(points)
+    fixed = [k for k in range(1, last) if points[k - 1].corner != THROUGH or points[k - 1].speed != points[k].speed]
+    spans = [(a, b) for a, b in zip([0, *fixed], [*fixed, last], strict=True)][::-1]
+    while spans:
+        a, b = spans.pop()
+        off = apart(place[a + 1 : b], place[[a, b]])
+        if len(off) and off.max() > tolerance:
+            middle = a + 1 + int(np.argmax(off))
+            spans += [(middle, b), (a, middle)]
+        else:
+            needed.append(b)
+    return [points[b - 1]._replace(passed=tuple(complex(p) for p in place[a + 1 : b])) for a, b in pairwise(needed) if b]
+
+
+def ahead(points: Sequence[Waypoint], here: complex, course: float, scale: Scale) -> list[Waypoint]:
+    """The waypoints to which a vessel on the first leg has to go: not those behind it, and under way not those next to it.
+
+    `here`: position of the vessel, m. `course`: its course, or its heading at rest, rad.
+    """
+    left = list(points)
+    while len(left) > 1 and left[0].corner == THROUGH:
+        begin, leg = left[0].position, thinned(left[0].position, left[1:], scale.tolerance)[0]
+        way = leg.position - begin
+        along = way / abs(way)
+        d = (here - begin) * along.conjugate()
+        aligned = math.cos(course) * along.real + math.sin(course) * along.imag >= ALONG
+        if not (aligned and abs(d.imag) <= scale.reach and -scale.turn <= d.real <= scale.reach + scale.turn):
+            return left
+        if d.real > 0.0:
+            on = [k for k, place in enumerate(leg.passed, 1) if ((place - begin) * along.conjugate()).real > d.real]
+            left = left[on[0] if on else len(leg.passed) + 1 :]
+        if d.real <= abs(way):
+            return _beyond_turn(left, here, scale)
+    return left
+
+
+def _beyond_turn(points: list[Waypoint], here: complex, scale: Scale) -> list[Waypoint]:
+    """The waypoints from the first one on that is further away than a turn, as far as the others are near the way to it."""
+    n = 0
+    while n + 1 < len(points) and points[n].corner == THROUGH and abs(points[n].position - here) < scale.turn:
+        n += 1
+    while n and apart(np.array([one.position for one in points[:n]]), np.array([here, points[n].position])).max() > scale.reach:
+        n -= 1
+    return points[n:]
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,9 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
 from vessel_hsmc_ros.nodes.rclpy_parts import overrides
-from vessel_hsmc_ros.scenario.parameters import VESSEL, in_long_form, without_foreign_hull_data
-from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, Given, given_parameters, read_yaml
+from vessel_hsmc_ros.scenario.parameters import ineffective, not_in_use, without_foreign_hull_data
+from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, VESSEL, Given, given_parameters, in_long_form, read_yaml
 from vessel_hsmc_ros.scenario.vessels import with_vessel
-from vessel_hsmc_ros.scenario.warnings import ineffective, not_in_use
 
 RESEMBLANCE = 0.8
 """From this similarity on, by difflib, an unknown name in a section for any node is a misspelt one of this node."""

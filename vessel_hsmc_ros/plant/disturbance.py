@@ -42,7 +42,8 @@ import numpy as np
 from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, to_body
 from vessel_hsmc_ros.core.schema import parameter
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Wrench
+from vessel_hsmc_ros.plant.dynamics import Wrench
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 
 Components = Array | list[tuple[float, ...]]
 

@@ -42,8 +42,8 @@ from vessel_hsmc_ros.plant.disturbance import (
     wind_wrench,
     with_waves,
 )
-from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench, acceleration, check_hull, outside, rk4_step, unforced
-from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, divergence, initial_pose, initial_velocity
+from vessel_hsmc_ros.plant.dynamics import Vessel, Wrench, acceleration, rk4_step, unforced
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, check_hull, divergence, initial_pose, initial_velocity, outside
 
 
 class PlantConstants(NamedTuple):

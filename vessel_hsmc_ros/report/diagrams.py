@@ -25,6 +25,9 @@ SERIES = ("#0072b2", "#d55e00", "#00875f", "#b0478a", "#8a6d00", "#4b4bc8")
 """Blue, vermilion, green, purple, olive, indigo: the colours of lines, or of runs, in this order."""
 
 SHIP, REFERENCE, OTHER, THIRD = SERIES[:4]
+LAW_COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
+"""Colours of the laws, the same in every figure; other laws take the next ones."""
+
 NEUTRAL, LIMIT, INK = "#6b7782", "#b3261e", "#17212b"
 """Shared or measured quantities, saturation limits, and nearly black for what is true by definition."""
 
@@ -132,7 +135,6 @@ def page_colour(name: str) -> str:
 
 
 Figure = dict[str, Any]  # title, traces and layout
-
 DIGITS = 5  # significant digits of the drawn numbers
 POINTS = 1500  # approximate number of points of a line
 COLUMNS, SIZE = 2, (5.2, 3.8)  # of a picture: diagrams side by side; width and height of each, inches

@@ -34,7 +34,7 @@ from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import PLANNED, track_of
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, leg_count, passed_legs, track_errors
 from vessel_hsmc_ros.guidance.waypoints import Point
-from vessel_hsmc_ros.plant.dynamics import bounded, outside
+from vessel_hsmc_ros.plant.hull_parameters import bounded, outside
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 Paths = Sequence[tuple[float, Sequence[Point]]]  # waypoints that were set by messages, with their times, s

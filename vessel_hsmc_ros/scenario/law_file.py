@@ -8,8 +8,7 @@ from pathlib import Path
 from types import ModuleType
 
 from vessel_hsmc_ros.control.interface.law import Law
-from vessel_hsmc_ros.control.interface.registry import Origin, is_law
-from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.control.laws import LAWS, Origin, is_law
 from vessel_hsmc_ros.core.exceptions import ParameterError
 
 OPTION = "--law-file"

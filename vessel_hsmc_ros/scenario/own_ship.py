@@ -24,8 +24,8 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.thruster_layout import ThrusterLayout
 from vessel_hsmc_ros.guidance.factory import travel_limits
 from vessel_hsmc_ros.guidance.lawnmower import plan_survey
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
-from vessel_hsmc_ros.scenario.parameters import VESSEL
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
+from vessel_hsmc_ros.scenario.parameters_file import VESSEL
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import circle_for, coriolis_ratio, loads, references, scale_of, sway_damping_rate
 

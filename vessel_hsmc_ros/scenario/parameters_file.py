@@ -9,7 +9,7 @@ last may be lost there without a word.
 import functools
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -17,11 +17,9 @@ from typing import Any, ClassVar
 
 import yaml
 
-from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.scenario.parameters import in_long_form, without_foreign_hull_data
+from vessel_hsmc_ros.core.exceptions import ParameterError
 
 _TAG = "tag:yaml.org,2002:"
-
 _SCALARS = {
     "bool": r"[yYnN]|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF",
     "int": r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)",
@@ -76,37 +74,18 @@ def read_yaml(text: str) -> Any:
 DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times as fast, where PyYAML is built with libyaml
 USE_SIM_TIME = "use_sim_time"  # a parameter that every ROS node has; it is not one of a scenario
 FAULTS = "faults"  # the section of a scenario with scripted faults, which is not of a node
+VESSEL = "vessel."  # prefix of the hull data, which the nodes share
+VESSEL_NAME = f"{VESSEL}name"
 
 
-def read_parameters(
-    text: str, nodes: Mapping[str, Collection[str]], source: str, namespace: str | None = None
-) -> dict[str, dict[str, object]]:
-    """Read the parameters of nodes from a ROS parameters file.
-
-    As in ROS, sections further down override those above, and `/**` stands for all nodes. There the hull data below `vessel.`
-    may be given once for all: each node takes those that it declares. `nodes`: the names of the nodes, in whatever namespace,
-    with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out.
-    """
-    try:
-        document = read_yaml(text)
-    except yaml.YAMLError as error:
-        raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
-    if not isinstance(document, dict):
-        raise ScenarioError(f"{source} is not a ROS parameters file: it must have node names at its top level")
-    values: dict[str, dict[str, object]] = {node: {} for node in nodes}
-    for section, content in document.items():
-        if section == FAULTS:
-            continue
-        nested = content.get("ros__parameters") if isinstance(content, dict) else None
-        if not isinstance(nested, dict):
-            raise ScenarioError(f"{source}: section {section} has no ros__parameters")
-        parameters = in_long_form(dict(flat(nested)))
-        parameters.pop(USE_SIM_TIME, None)
-        addressed = _nodes_of_section(str(section), list(nodes), source) if _is_for(str(section), namespace) else ()
-        for node in addressed:
-            shared = len(addressed) > 1
-            values[node].update(without_foreign_hull_data(parameters, nodes[node]) if shared else parameters)
-    return values
+def in_long_form(values: Mapping[str, object]) -> dict[str, object]:
+    """The values with `vessel.name` for its short form `vessel`."""
+    if "vessel" not in values:
+        return dict(values)
+    name = values["vessel"]
+    if values.get(VESSEL_NAME, name) != name:
+        raise ParameterError(f"vessel = {name} and {VESSEL_NAME} = {values[VESSEL_NAME]} differ: one of them is enough")
+    return {VESSEL_NAME: name, **{key: value for key, value in values.items() if key != "vessel"}}
 
 
 def dump_parameters(values: Mapping[str, Mapping[str, object]], namespace: str = "/**") -> str:
@@ -144,24 +123,7 @@ def in_one_line(error: Exception) -> str:
     return re.sub(r' in "<[a-z]+ string>",', ",", " ".join(str(error).split()))
 
 
-def _is_for(section: str, namespace: str | None) -> bool:
-    """Whether a section is for nodes of a namespace; True where either names none."""
-    of = section.rpartition("/")[0].strip("/")
-    return not namespace or not of or "*" in of or of == namespace.strip("/")
-
-
-def _nodes_of_section(section: str, nodes: list[str], source: str) -> list[str]:
-    # Only the last part of a fully qualified node name matters here: the file of one vessel has one namespace at most.
-    node = section.rsplit("/", 1)[-1]
-    if node in ("*", "**"):
-        return nodes
-    if node not in nodes:
-        raise ScenarioError(f"{source}: section {section} names no node: it must be /** or one of {', '.join(nodes)}")
-    return [node]
-
-
 PARAMETER, REMAPPING, FILE = ("-p", "--param"), ("-r", "--remap"), ("--params-file",)
-
 OWN = "ros__parameters"
 
 

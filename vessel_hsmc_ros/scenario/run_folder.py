@@ -13,9 +13,7 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.install_paths import __version__
-from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.parameters_file import read_text
-from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 
 
 @dataclass(frozen=True)
@@ -49,11 +47,7 @@ class RunFolder:
         """The report page."""
         return self.path / "report.html"
 
-    def write_parameters(self, scenario: Scenario) -> None:
-        """Write the resolved scenario. Raises RunError if it cannot be written."""
-        self.write_text_of_parameters(dump_scenario(scenario))
-
-    def write_text_of_parameters(self, text: str) -> None:
+    def write_parameters(self, text: str) -> None:
         """Write the text of a ROS parameters file as that of the run. Raises RunError if it cannot be written."""
         _write(self.parameters, text)
 
@@ -151,19 +145,6 @@ def _git_commit() -> str | None:
     return described.stdout.strip()
 
 
-def origin_of(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
-    """Provenance of a run, the first lines of its summary: code, machine, scenario, mode, time."""
-    return {
-        **provenance(),
-        "scenario": scenario.name,
-        "mode": mode,
-        "namespace": namespace,
-        "seed": scenario.vessel_sim.seed,
-        **law_provenance(scenario.controller.law),
-        "started": _now().isoformat(),
-    }
-
-
 def write_summary(
     folder: RunFolder, origin: Mapping[str, Any], exit_code: int, failure: str, measured: Mapping[str, Any]
 ) -> None:
@@ -171,9 +152,7 @@ def write_summary(
 
     `origin`: provenance of the run, with the time of its start. `failure`: what failed, in one line; empty if nothing did.
     """
-    duration = (_now() - datetime.datetime.fromisoformat(origin["started"])).total_seconds()
+    duration = (
+        datetime.datetime.now(tz=datetime.timezone.utc) - datetime.datetime.fromisoformat(origin["started"])
+    ).total_seconds()
     folder.write_summary({**origin, "duration": duration, "exit_code": exit_code, "failure": failure, **measured})
-
-
-def _now() -> datetime.datetime:
-    return datetime.datetime.now(tz=datetime.timezone.utc)

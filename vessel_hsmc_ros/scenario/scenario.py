@@ -20,7 +20,7 @@ from vessel_hsmc_ros.faults import TOPICS, FaultScript, check_mode, check_target
 from vessel_hsmc_ros.guidance.factory import check_within, make_reference
 from vessel_hsmc_ros.messages.raw import check_field
 from vessel_hsmc_ros.messages.topics import message_type
-from vessel_hsmc_ros.plant.dynamics import check_hull
+from vessel_hsmc_ros.plant.hull_parameters import check_hull
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
 from vessel_hsmc_ros.scenario.parameters import (
@@ -31,10 +31,10 @@ from vessel_hsmc_ros.scenario.parameters import (
     ReferenceParameters,
     SimParameters,
     declared,
-    in_long_form,
+    read_parameters,
     without_foreign_hull_data,
 )
-from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_one_line, read_parameters, read_text
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_long_form, in_one_line, read_text
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 

@@ -33,7 +33,8 @@ from vessel_hsmc_ros.core.kinematics import GRAVITY
 from vessel_hsmc_ros.guidance.curve_motion import Demand, Pace, demand
 from vessel_hsmc_ros.guidance.curves import Arc, Curve
 from vessel_hsmc_ros.guidance.sailing import LARGEST_DRIFT, LARGEST_SHARE
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 
 AIR_DENSITY = 1.2
 

@@ -21,9 +21,9 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry, Value, shown, suggestion
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, damping_force, derivative, largest_gain
-from vessel_hsmc_ros.scenario.parameters import VESSEL, VESSEL_NAME
-from vessel_hsmc_ros.scenario.parameters_file import flat, in_one_line, read_text, read_yaml
+from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force, derivative
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters, largest_gain
+from vessel_hsmc_ros.scenario.parameters_file import VESSEL, VESSEL_NAME, flat, in_one_line, read_text, read_yaml
 
 ACTUATORS = "actuators."  # prefix of the plant's actuators
 PAPERS_SHIP = "paper_ship"

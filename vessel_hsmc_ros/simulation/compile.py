@@ -15,7 +15,7 @@ from vessel_hsmc_ros.control.interface.law import KernelLaw
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.guidance.factory import make_reference
-from vessel_hsmc_ros.guidance.programs import follow
+from vessel_hsmc_ros.guidance.timetable import follow
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import available, compiled
 from vessel_hsmc_ros.simulation.compiled_loop import compiled_loop, make_loop, reference_of

@@ -57,7 +57,8 @@ from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.quantities import number
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import trajectory
-from vessel_hsmc_ros.plant.dynamics import ShipParameters, Vessel, acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import Vessel, acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario
 
 BOX = 0.2

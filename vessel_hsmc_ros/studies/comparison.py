@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.diagrams import INK, NEUTRAL, SERIES, figure
+from vessel_hsmc_ros.report.diagrams import INK, LAW_COLOURS, NEUTRAL, SERIES, figure
 from vessel_hsmc_ros.report.page import Options, read
 from vessel_hsmc_ros.report.page import write_files as write_report
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
@@ -181,15 +181,13 @@ NUMBERS = (
 error on the legs."""
 
 MAX_FINDINGS = 3  # largest number of rows that the title names, and that have a sentence each
-COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
-"""Colours of the laws, the same in every figure; other laws take the next ones."""
 
 
 def looks(laws: Iterable[str]) -> dict[str, dict[str, str]]:
     """Colour and style of the line of each law; where the colours of other laws recur, their lines are dash-dotted or dotted."""
-    others = [law for law in dict.fromkeys(laws) if law not in COLOURS]
-    given = product(("-", "-.", ":"), SERIES[len(COLOURS) :])
-    return {law: {"color": colour, "ls": "-"} for law, colour in COLOURS.items()} | {
+    others = [law for law in dict.fromkeys(laws) if law not in LAW_COLOURS]
+    given = product(("-", "-.", ":"), SERIES[len(LAW_COLOURS) :])
+    return {law: {"color": colour, "ls": "-"} for law, colour in LAW_COLOURS.items()} | {
         law: {"color": colour, "ls": style} for law, (style, colour) in zip(others, cycle(given), strict=False)
     }
 

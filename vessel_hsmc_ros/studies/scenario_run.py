@@ -1,5 +1,6 @@
 """Runs a scenario by the nodes or offline, or a fleet by the nodes, and writes its run folder: page, figures, summary."""
 
+import datetime
 import importlib.util
 import os
 import signal
@@ -18,8 +19,9 @@ from vessel_hsmc_ros.core.metrics import Metrics, Run, position_error
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.faults import FaultScript
 from vessel_hsmc_ros.nodes.ros_environment import check_messages, check_ros
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, origin_of, write_summary
-from vessel_hsmc_ros.scenario.scenario import Fleet, Scenario, dump_fleet, for_nodes, load_scenario
+from vessel_hsmc_ros.scenario.law_file import law_provenance
+from vessel_hsmc_ros.scenario.run_folder import RunFolder, make_run_folder, provenance, write_summary
+from vessel_hsmc_ros.scenario.scenario import Fleet, Scenario, dump_fleet, dump_scenario, for_nodes, load_scenario
 from vessel_hsmc_ros.studies.batch import run_all
 
 if TYPE_CHECKING:
@@ -73,6 +75,19 @@ def free_domains(count: int) -> Iterator[list[str]]:
         yield found
 
 
+def origin_of(scenario: Scenario, mode: str, namespace: str) -> dict[str, Any]:
+    """Provenance of a run, the first lines of its summary: code, machine, scenario, mode, time."""
+    return {
+        **provenance(),
+        "scenario": scenario.name,
+        "mode": mode,
+        "namespace": namespace,
+        "seed": scenario.vessel_sim.seed,
+        **law_provenance(scenario.controller.law),
+        "started": datetime.datetime.now(tz=datetime.timezone.utc).isoformat(),
+    }
+
+
 def run_nodes(
     scenario: Scenario,
     folder: RunFolder,
@@ -95,7 +110,7 @@ def run_nodes(
     if faults:
         origin |= {"faults": [fault.describe() for fault in faults.faults]}
     recorded = scenario.with_bag(folder.bag.absolute(), folder.parameters.absolute())
-    folder.write_parameters(recorded if injection is None else injection.relayed(recorded))
+    folder.write_parameters(dump_scenario(recorded if injection is None else injection.relayed(recorded)))
     composed = composed and may_share(scenario, faults)
     status = supervisor.supervise(folder, scenario, namespace, progress, live_port, injection, (), composed)
     result = Result(folder, status.code, status.failure)
@@ -119,7 +134,7 @@ def run_offline(scenario: Scenario, parent: Path, progress: Progress, with_bag: 
     origin = origin_of(scenario, "offline", "")
     loop = offline.ClosedLoop(scenario)
     result = Result(make_run_folder(parent, f"{scenario.name}_offline"))  # before the run: a folder is refused at once
-    result.folder.write_parameters(scenario)
+    result.folder.write_parameters(dump_scenario(scenario))
     _run_loop(loop, result, lambda done, _: progress((done - 1) / scenario.vessel_sim.rate_hz))
     if with_bag:
         _write_bag(loop, result, scenario)
@@ -256,7 +271,7 @@ def run_fleet(fleet: Fleet, folder: RunFolder, progress: Progress, with_page: bo
     """
     supervisor = supervisor_module()
     origin = origin_of(fleet.base, "lockstep" if fleet.lockstep else "real time", "")
-    folder.write_text_of_parameters(dump_fleet(fleet.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
+    folder.write_parameters(dump_fleet(fleet.with_bag(folder.bag.absolute(), folder.parameters.absolute())))
     status = supervisor.supervise(folder, fleet.base, "", progress, vessels=tuple(fleet.vessels))
     result = Result(folder, status.code, status.failure, facts={"vessels": {}})
     summarise(result, origin, lambda: _evaluate_fleet(result, origin, with_page))
@@ -283,7 +298,7 @@ def by_vessel(records: Sequence["Record"]) -> dict[str, Any]:
 
 SCENARIO = "case2_tracking"
 LAWS = ("hierarchical", "hierarchical_printed", "guided")
-"""In the order of their colours in comparisons (`comparison.COLOURS`), so that a law has one colour in every figure."""
+"""In the order of their colours in comparisons (`diagrams.LAW_COLOURS`), so that a law has one colour in every figure."""
 
 DURATION = 100.0  # simulated time, s: long enough to show which law converges, and short enough to wait for
 CONVERGED = 0.5  # a law with a smaller rms position error over the last quarter of the run counts as converged, m

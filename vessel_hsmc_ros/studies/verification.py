@@ -27,7 +27,7 @@ from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import is_present
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.run_folder import RunFolder, check_writable, make_run_folder
-from vessel_hsmc_ros.scenario.scenario import Scenario
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario
 from vessel_hsmc_ros.simulation.loop import Recorded, replay_controller
 from vessel_hsmc_ros.simulation.offline import simulate
 
@@ -210,7 +210,7 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     change = ", ".join(f"{name} = {value}" for name, value in changes.items())
     repeated = report.analyse(f"with {change}", run, scenario)
     folder = make_run_folder(output, f"{scenario.name}_again")
-    folder.write_parameters(scenario)
+    folder.write_parameters(dump_scenario(scenario))
     report.write(folder.report, [recorded, repeated], f"{scenario.name}, recorded and with {change}")
     figures.draw([recorded, repeated], folder.figures)
     return Rerun(folder, change, _table(recorded, repeated))

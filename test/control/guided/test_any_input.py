@@ -13,7 +13,8 @@ from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
+from vessel_hsmc_ros.plant.dynamics import rk4
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vessel_hsmc_ros.control.guided.parameters import Gains, GuidedParameters, gains
+from vessel_hsmc_ros.control.guided.guidance import Gains
+from vessel_hsmc_ros.control.guided.parameters import GuidedParameters, gains
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 
 TIGHT = {"k_p": 1, "R_u": -1}

@@ -13,8 +13,7 @@ from vessel_hsmc_ros import Law, Motion, Terms, make_controller, parameter
 from vessel_hsmc_ros.control.guided.controller import GuidedController
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.control.interface.registry import RESERVED, Origin, Registry
-from vessel_hsmc_ros.control.laws import LAWS
+from vessel_hsmc_ros.control.laws import LAWS, RESERVED, Origin, Registry
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 

@@ -7,7 +7,8 @@ import pytest
 import sympy as sp
 
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 m11, m22, m33, m23, m32 = sp.symbols("m11 m22 m33 m23 m32", real=True)
 u, v, r, dv, dr = sp.symbols("u v r dv dr", real=True)

@@ -12,7 +12,8 @@ from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.laws.course import CourseLawParameters
 from vessel_hsmc_ros.control.laws.hierarchical_printed import sign
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 SHIP = VesselParameters().coefficients()
 CALM = (0.0, 0.0, 0.0)

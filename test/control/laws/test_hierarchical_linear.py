@@ -16,7 +16,7 @@ from vessel_hsmc_ros.control.laws.hierarchical_linear import COMMANDS, Lag, Mean
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, extrapolate, to_body
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.studies.certificate import hull_at
 
 PERIOD, SPEED, SUBSTEPS = 0.1, 2.0, 10

@@ -16,7 +16,8 @@ from vessel_hsmc_ros.control.laws.hierarchical_printed import Gains, Hierarchica
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleration, as_motion
 from vessel_hsmc_ros.core.schema import symbols
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 SHIP = VesselParameters().coefficients()
 G = Gains(**symbols(HierarchicalPrintedParameters()), **symbols(KnownVessel()), T=0.01)

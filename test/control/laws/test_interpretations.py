@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.laws.hierarchical_printed import SWITCHING, HierarchicalPrintedParameters, switch
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
+from vessel_hsmc_ros.plant.dynamics import rk4
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 MIRROR = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])

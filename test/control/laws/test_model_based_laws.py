@@ -22,7 +22,8 @@ from vessel_hsmc_ros.control.interface.known_vessel import (
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
+from vessel_hsmc_ros.plant.dynamics import rk4
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 MODEL_BASED = ["ashrafiuon", "backstepping", "hand_position"]

@@ -9,7 +9,8 @@ from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.laws.course import CourseLawParameters
 from vessel_hsmc_ros.control.laws.hierarchical_printed import check_step
 from vessel_hsmc_ros.core.exceptions import ParameterError
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
+from vessel_hsmc_ros.plant.dynamics import rk4
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 SHIP = VesselParameters().coefficients()
 

@@ -7,7 +7,8 @@ import pytest
 import sympy as sp
 
 from vessel_hsmc_ros.control.laws import make_controller
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
+from vessel_hsmc_ros.plant.dynamics import rk4
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 k, c, T, g = sp.symbols("k c T g", positive=True)
 mode = sp.Symbol("lambda")

@@ -13,7 +13,8 @@ from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.core.kinematics import Acceleration, as_motion, transform, transform_acceleration, transform_rate
 from vessel_hsmc_ros.core.schema import symbols
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
+from vessel_hsmc_ros.plant.dynamics import derivative
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 
 SHIP = symbols(VesselParameters())
 GAINS = {**symbols(KnownVessel()), **symbols(HierarchicalPrintedParameters())}

@@ -24,7 +24,8 @@ from vessel_hsmc_ros.control.loop.observer_model import (
 from vessel_hsmc_ros.core.kinematics import wrap
 from vessel_hsmc_ros.plant.devices import ActuatorParameters, SensorParameters
 from vessel_hsmc_ros.plant.disturbance import CurrentParameters, EarthFixedParameters, WaveParameters
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative
+from vessel_hsmc_ros.plant.dynamics import derivative
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.plant.simulator import DisturbanceParameters
 
 SHIP = KnownVessel(**INSTANT)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.studies.identification.types import Measurements, simulated, windows
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.control.interface.law import Law, Terms
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.reproduction import ExactModelLaw

@@ -11,7 +11,7 @@ from vessel_hsmc_ros.control.interface.network import NetworkParameters, activat
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters, gains
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.core.metrics import Run
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.studies.paper import reproduction
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, Check, Claim, Finding, Numbers
 from vessel_hsmc_ros.studies.paper.measure import Repaired, growth_rate, measure

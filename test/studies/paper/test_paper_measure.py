@@ -9,7 +9,8 @@ from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.core.kinematics import as_motion
 from vessel_hsmc_ros.core.metrics import Run, rms
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_hsmc_ros.studies.paper.measure import (
     Surfaces,

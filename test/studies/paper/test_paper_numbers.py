@@ -12,7 +12,8 @@ from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrinte
 from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.core.schema import symbols
 from vessel_hsmc_ros.plant.disturbance import PeriodicParameters, periodic_wrench
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 SHIP = VesselParameters().coefficients()

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from vessel_hsmc_ros.control.laws.hierarchical_printed import HierarchicalPrintedParameters
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion, transform, transform_acceleration, transform_rate
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import derivative, unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 
 z2e, dz2e = sp.symbols("z2e dz2e", real=True)

@@ -9,7 +9,8 @@ from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.laws.hierarchical import HierarchicalController
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import HierarchicalParameters
 from vessel_hsmc_ros.core.kinematics import as_acceleration, as_motion
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, unforced_acceleration
+from vessel_hsmc_ros.plant.dynamics import unforced_acceleration
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.studies.paper.cases import NO_NETWORKS
 from vessel_hsmc_ros.studies.paper.reproduction import AlteredLaw, ExactRepairedLaw
 

@@ -10,7 +10,8 @@ import pytest
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.plant.dynamics import VesselParameters, rk4
+from vessel_hsmc_ros.plant.dynamics import rk4
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_hsmc_ros.studies.rivals.nmpc import NmpcParameters, compile_horizon
 

@@ -33,6 +33,7 @@ from vessel_hsmc_ros.control.guided.guidance import (
     KAPPA,
     LN_A,
     B,
+    Gains,
     Integrals,
     R,
     Track,
@@ -46,7 +47,7 @@ from vessel_hsmc_ros.control.guided.guidance import (
     track,
     unforced,
 )
-from vessel_hsmc_ros.control.guided.parameters import Gains, GuidedParameters, gains, interpolate
+from vessel_hsmc_ros.control.guided.parameters import GuidedParameters, gains, interpolate
 from vessel_hsmc_ros.control.interface.actuators import (
     BEST,
     DEAD_TIMES,

@@ -49,18 +49,63 @@ Innovations beyond four standard deviations count as four.
 import math
 from typing import NamedTuple
 
-from vessel_hsmc_ros.control.guided.parameters import Gains
+from vessel_hsmc_ros.control.interface.actuators import Channel
 from vessel_hsmc_ros.core.kernel import Array, add, add_outer, between, clip, kernel, multiply
 from vessel_hsmc_ros.core.kinematics import TURN, Acceleration, Motion, magnitude, to_body
 
 U, V, R, FU, FV, FR, LN_A, KAPPA, B, CE, CN = range(11)  # indices of the states
 STATES = 11
-
 GATE = 4.0  # standard deviations at which an innovation is cut
 FOLLOWING, NOISIEST = 2.0, 1e4
 """Time in T in which the variances of the measurements follow the innovations, and their largest multiple of the least."""
 
 LN_A_RANGE, KAPPA_RANGE, B_RANGE = (-3.5, 2.8), (-0.5, 1.6), (0.0, 2.0)  # ranges of ln a, kappa and b
+
+
+class Gains(NamedTuple):
+    """The constants of the law; all but L, T, force and moment in its units."""
+
+    # L, T: the units, m and s
+    L: float
+    T: float
+    # force, moment: the units of force and moment, N and N·m
+    force: float
+    moment: float
+    h: float  # control period
+    # x_p, x_d, U_s: distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
+    # behind the pivot; speed at which half of it is controlled
+    x_p: float
+    x_d: float
+    U_s: float
+    # k_p, v_max, a_p, k_i, k_u, theta: of the guidance, with q
+    k_p: float
+    v_max: float
+    a_p: float
+    k_i: float
+    k_u: float
+    theta: float
+    # a_max, r_max, a_r: of the braking curves of heading and yaw rate
+    a_max: float
+    r_max: float
+    a_r: float
+    q: float  # stretch of the regulator's unit of time
+    m: float  # m22/m11
+    # R_u, R_r: variances of a measured velocity and yaw rate
+    R_u: float
+    R_r: float
+    # Q, P_0, x_0: growth of the variances per time, variances and states at the start, shape (11,)
+    Q: Array
+    P_0: Array
+    x_0: Array
+    w_0: float  # rate of return to x_0
+    # z_p, z_h: poles of the correction of position and heading
+    z_p: float
+    z_h: float
+    step_f: float  # step of the filter of the turns that are fed forward
+    # surge, yaw: the actuators
+    surge: Channel
+    yaw: Channel
+    table: Array  # gains of the regulator
 
 
 @kernel

@@ -37,12 +37,12 @@ When is a linear control system optimal?, Journal of Basic Engineering 86, 1964)
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vessel_hsmc_ros.control.interface.actuators import Channel, channel, dynamics, unit_time
+from vessel_hsmc_ros.control.guided.guidance import Gains
+from vessel_hsmc_ros.control.interface.actuators import channel, dynamics, unit_time
 from vessel_hsmc_ros.control.interface.known_vessel import ControlledVessel, KnownVessel
 from vessel_hsmc_ros.core.kernel import Array, between, kernel
 from vessel_hsmc_ros.core.kinematics import GRAVITY
@@ -174,52 +174,6 @@ class GuidedParameters:
         "Whether lag, dead time and rate of the actuators are identified while the ship turns, and replace the declared"
         " ones where these do not explain its motion.",
     )
-
-
-class Gains(NamedTuple):
-    """The constants of the law; all but L, T, force and moment in its units."""
-
-    # L, T: the units, m and s
-    L: float
-    T: float
-    # force, moment: the units of force and moment, N and N·m
-    force: float
-    moment: float
-    h: float  # control period
-    # x_p, x_d, U_s: distances of the pivot ahead of the point that is controlled at rest, and of the centre of lateral damping
-    # behind the pivot; speed at which half of it is controlled
-    x_p: float
-    x_d: float
-    U_s: float
-    # k_p, v_max, a_p, k_i, k_u, theta: of the guidance, with q
-    k_p: float
-    v_max: float
-    a_p: float
-    k_i: float
-    k_u: float
-    theta: float
-    # a_max, r_max, a_r: of the braking curves of heading and yaw rate
-    a_max: float
-    r_max: float
-    a_r: float
-    q: float  # stretch of the regulator's unit of time
-    m: float  # m22/m11
-    # R_u, R_r: variances of a measured velocity and yaw rate
-    R_u: float
-    R_r: float
-    # Q, P_0, x_0: growth of the variances per time, variances and states at the start, shape (11,)
-    Q: Array
-    P_0: Array
-    x_0: Array
-    w_0: float  # rate of return to x_0
-    # z_p, z_h: poles of the correction of position and heading
-    z_p: float
-    z_h: float
-    step_f: float  # step of the filter of the turns that are fed forward
-    # surge, yaw: the actuators
-    surge: Channel
-    yaw: Channel
-    table: Array  # gains of the regulator
 
 
 def gains(p: GuidedParameters, vessel: KnownVessel, period: float, identified: bool = False) -> Gains:

@@ -22,8 +22,8 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import Entry, Value
-from vessel_hsmc_ros.scenario.parameters import VESSEL, declared
-from vessel_hsmc_ros.scenario.parameters_file import read_yaml
+from vessel_hsmc_ros.scenario.parameters import declared
+from vessel_hsmc_ros.scenario.parameters_file import VESSEL, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.campaign import ship_family
 

@@ -22,8 +22,9 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.guidance.curve_motion import Pace, demand
 from vessel_hsmc_ros.guidance.curves import CLOSING, Arc, Curve, FigureEight
 from vessel_hsmc_ros.guidance.lawnmower import LawnmowerParameters, plan_lawnmower
-from vessel_hsmc_ros.guidance.sailing import LARGEST_DRIFT, TravelLimits
-from vessel_hsmc_ros.plant.dynamics import ShipParameters
+from vessel_hsmc_ros.guidance.route import TravelLimits
+from vessel_hsmc_ros.guidance.sailing import LARGEST_DRIFT
+from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
 from vessel_hsmc_ros.scenario.ship_rules import (
     ADJUSTMENTS,
     Scale,

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 
 from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.studies.identification import regression
 from vessel_hsmc_ros.studies.identification.measurements import checked, few_reversals
 from vessel_hsmc_ros.studies.identification.regression import natural_scale, regress, regress_currents, through_water, unexcited

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.plant.dynamics import VesselParameters
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.report.diagrams import POINTS, Axis, Figure, layout, level, line, numbers
 from vessel_hsmc_ros.report.page_kit import Section, render_sections
 from vessel_hsmc_ros.scenario.parameters_file import tree

@@ -14,7 +14,8 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError, ParameterError
 from vessel_hsmc_ros.core.kernel import Array, kernel
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.core.schema import suggestion
-from vessel_hsmc_ros.plant.dynamics import Vessel, VesselParameters, rk4_step
+from vessel_hsmc_ros.plant.dynamics import Vessel, rk4_step
+from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
 from vessel_hsmc_ros.simulation.compilation import compiled
 
 

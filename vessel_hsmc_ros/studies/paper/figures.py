@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error
-from vessel_hsmc_ros.report.diagrams import INK, OTHER, PLOT, SHIP
-from vessel_hsmc_ros.studies.comparison import COLOURS
+from vessel_hsmc_ros.report.diagrams import INK, LAW_COLOURS, OTHER, PLOT, SHIP
 from vessel_hsmc_ros.studies.paper.cases import PRINTED, REPAIRED, of_law
 from vessel_hsmc_ros.studies.paper.measure import CaseResult
 
@@ -26,8 +25,8 @@ FORMS = {REPAIRED: "repaired", PRINTED: "as printed"}
 """Both forms of the law in the order of their colours, and what the legends call them."""
 
 LOOKS: dict[str, dict[str, Any]] = {
-    REPAIRED: {"color": COLOURS[REPAIRED], "lw": 1.3},
-    PRINTED: {"color": COLOURS[PRINTED], "lw": 1.1, "ls": "-."},
+    REPAIRED: {"color": LAW_COLOURS[REPAIRED], "lw": 1.3},
+    PRINTED: {"color": LAW_COLOURS[PRINTED], "lw": 1.1, "ls": "-."},
 }
 DESIRED: dict[str, Any] = {"color": INK, "ls": "--", "lw": 1.0, "label": "desired"}
 PD, TRUTH = OTHER, INK
