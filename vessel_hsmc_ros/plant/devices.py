@@ -26,20 +26,19 @@ from vessel_hsmc_ros.core.schema import parameter
 from vessel_hsmc_ros.core.timing import Instants, RateGrid
 
 
+def absent(description: str, unit: str, high: float) -> float:
+    """Declare a property that a device does not have by default: 0, and never below."""
+    return parameter(0.0, description, unit=unit, low=0.0, high=high)
+
+
 def lag(what: str) -> float:
     """Declare the time constant of a first-order lag."""
-    return parameter(0.0, f"Time constant of the first-order lag of {what}; 0 for none.", unit="s", low=0.0, high=1e3)
+    return absent(f"Time constant of the first-order lag of {what}; 0 for none.", "s", 1e3)
 
 
 def dead_time(what: str) -> float:
     """Declare the time before a command begins to act."""
-    return parameter(
-        0.0,
-        f"Time before a command of {what} begins to act, rounded to whole periods of the plant; 0 for none.",
-        unit="s",
-        low=0.0,
-        high=60.0,
-    )
+    return absent(f"Time before a command of {what} begins to act, rounded to whole periods of the plant; 0 for none.", "s", 60.0)
 
 
 @dataclass(frozen=True)
@@ -132,18 +131,12 @@ def follow(last: float, target: float, largest_change: float, share: float, inst
 
 def deviation(description: str, unit: str = "") -> float:
     """Declare the standard deviation of a sensor's white noise."""
-    return parameter(0.0, f"Standard deviation of the white noise on {description}.", unit=unit, low=0.0, high=1e6)
+    return absent(f"Standard deviation of the white noise on {description}.", unit, 1e6)
 
 
 def sample_rate(what: str) -> float:
     """Declare the sampling rate of a sensor."""
-    return parameter(
-        0.0,
-        f"Sampling rate of {what}, with the last sample held in between; 0 samples for every message.",
-        unit="Hz",
-        low=0.0,
-        high=1000.0,
-    )
+    return absent(f"Sampling rate of {what}, with the last sample held in between; 0 samples for every message.", "Hz", 1000.0)
 
 
 @dataclass(frozen=True)
@@ -164,12 +157,10 @@ class SensorParameters:
     heading_rate_hz: float = sample_rate("the heading")
     velocity_rate_hz: float = sample_rate("the velocities")
     measures_velocity: bool = parameter(True, "Whether velocities are measured; if not, odometry reports them as zero.")
-    delay: float = parameter(
-        0.0,
+    delay: float = absent(
         "Age of the measurements that odometry shows, whose times are its stamps; rounded to whole periods of the plant.",
-        unit="s",
-        low=0.0,
-        high=10.0,
+        "s",
+        10.0,
     )
 
     def perfect(self) -> bool:

@@ -46,26 +46,17 @@ from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
 EFFICIENCY = 0.4  # eta: 0.5 of the propeller and 0.8 of motor and electronics, as is usual for small electric boats
 
 
+def power(description: str, symbol: str) -> float:
+    """Declare an electric power, zero by default."""
+    return parameter(0.0, description, unit="W", low=0.0, high=1e9, symbol=symbol)
+
+
 @dataclass(frozen=True)
 class PowerParameters:
     """What the vessel takes from its battery, for forecasts; nothing of it has a part in the motion."""
 
-    full_thrust: float = parameter(
-        0.0,
-        "Electric power at full thrust, for forecasts; 0 estimates it from the top speed.",
-        unit="W",
-        low=0.0,
-        high=1e9,
-        symbol="P_1",
-    )
-    other: float = parameter(
-        0.0,
-        "Electric power of all else, such as computers and sensors, for forecasts.",
-        unit="W",
-        low=0.0,
-        high=1e9,
-        symbol="P_0",
-    )
+    full_thrust: float = power("Electric power at full thrust, for forecasts; 0 estimates it from the top speed.", "P_1")
+    other: float = power("Electric power of all else, such as computers and sensors, for forecasts.", "P_0")
     battery_wh: float = parameter(
         0.0, "Usable capacity of the battery, for forecasts; 0 for not known.", unit="W·h", low=0.0, high=1e12
     )
