@@ -57,16 +57,14 @@ def test_watch_shows_force_moment_and_heading_of_ship_and_reference() -> None:
     assert _error(ship, desired).endswith("heading 16.23 deg")  # the shorter way round
 
 
-def test_the_rate_of_a_campaign_is_that_of_the_last_half_minute(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_rate_of_a_campaign_that_goes_on_is_that_of_this_call(monkeypatch: pytest.MonkeyPatch) -> None:
     now, updates = [100.0], []
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    pace = comparing.Pace("campaign x", lambda *given, **named: updates.append((*given, *named.values())))
-    for at, done in ((101.0, 50), (111.0, 70), (136.0, 95), (140.0, 100)):
+    show = comparing.with_rate(lambda done, note: updates.append((done, note)))
+    for at, done in ((101.0, 50), (111.0, 70), (151.0, 100)):
         now[0] = at
-        pace(done, 400)
-    # 51 runs before are not of this call; from 111 s to 140 s there are 30 runs.
-    assert (updates[-1][0], updates[-1][-1]) == (100, "1.03 runs/s")
-    assert updates[2] == (95, "campaign x: 95 of 400 runs, 1 runs/s, 0:05:05 left", "1 runs/s")
+        show(done, 400)
+    assert updates == [(50, "0 runs/s, unknown time left"), (70, "2 runs/s, 0:02:45 left"), (100, "1 runs/s, 0:05:00 left")]
 
 
 def test_progress_without_a_terminal_is_in_per_cent(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -143,6 +143,8 @@ def test_late_steps_are_above_and_early_ones_below_the_period() -> None:
     times = np.concatenate([[0.0], np.cumsum(np.where(np.arange(200) == 50, 0.13, np.where(np.arange(200) == 90, 0.06, 0.1)))])
     control = {"time": times, "compute_time": 0.0 * times}
     late = Record("late", replace(moving("late").run, control=control))
-    (axis,) = figures.jitter_histogram([late, moving("even")]).axes
+    shown = figures.jitter_histogram([late, moving("even")])
+    assert shown is not None
+    (axis,) = shown.axes
     assert axis.get_title().replace("−", "-") == "late: smallest -40 ms, largest +30 ms"
     assert axis.get_xlabel() == "control interval minus 0.1 s [ms]"

@@ -4,7 +4,6 @@ import datetime
 import shlex
 import sys
 import time
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import count
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING
 import click
 
 from vessel_hsmc_ros.cli.console import (
-    LINE_PERIODS,
     print_files,
     print_line,
     print_result,
@@ -258,7 +256,6 @@ def sweep(
     print_files(report.write_sweep(results, rows, folder))
 
 
-WINDOW = 30.0  # time over which the rate of the runs is measured, s
 RUN = "run"  # the verb that is left out in `vessel-hsmc campaign FILE`
 
 
@@ -314,38 +311,26 @@ def run_file(file: str, output: Path | None, workers: int | None, scheduler: str
     check_writable(folder)
     for note in plan.notes:
         print_warning(note)
-    title = f"campaign {plan.name}"
-    with progress_bar(title, plan.runs, "runs") as update:
-        run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, seed=seed, on_progress=Pace(title, update))
+    with progress_bar(f"campaign {plan.name}", plan.runs, "runs") as update:
+        show = with_rate(update)
+        run_campaign(file, folder, workers=workers, scheduler=scheduler, runs=runs, seed=seed, on_progress=show)
     print_line(f"{plan.runs} runs: {folder}")
     print_line(f"for a page with failures and quantiles: vessel-hsmc campaign report {shlex.quote(str(folder))}")
 
 
-class Pace:
-    """Rate of the runs and the time left, from the runs of the last half minute."""
+def with_rate(update: Callable[..., None]) -> Callable[[float, float], None]:
+    """A callback for the progress of runs, which shows their rate and the time left beside it."""
+    first: list[tuple[float, float]] = []  # time and number of runs at the first call: a campaign may go on
 
-    def __init__(self, title: str, update: Callable[..., None]) -> None:
-        self._title, self._update = title, update
-        self._recent: deque[tuple[float, float]] = deque()
-        self._printed = time.monotonic()
-
-    def __call__(self, done: float, total: int) -> None:
-        """Show that a number of all runs is done."""
+    def show(done: float, total: float) -> None:
         now = time.monotonic()
-        self._recent.append((now, done))
-        while now - self._recent[0][0] > WINDOW:
-            self._recent.popleft()
-        since, before = self._recent[0]
-        if done <= before:
-            self._update(done)
-            return
-        rate = (done - before) / (now - since)
-        line = ""
-        if now > self._printed + LINE_PERIODS[1] and done < total:
-            left = datetime.timedelta(seconds=round((total - done) / rate))
-            line = f"{self._title}: {done:.0f} of {total} runs, {rate:.3g} runs/s, {left} left"
-            self._printed = now
-        self._update(done, line, note=f"{rate:.3g} runs/s")
+        if not first:
+            first.append((now, done))
+        rate = (done - first[0][1]) / max(now - first[0][0], 1e-9)
+        left = datetime.timedelta(seconds=round((total - done) / rate)) if rate else "unknown time"
+        update(done, note=f"{rate:.3g} runs/s, {left} left")
+
+    return show
 
 
 @click.command()

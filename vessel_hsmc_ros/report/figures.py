@@ -57,21 +57,15 @@ def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[
         pictures = {"track": track(records)}
         alone = len(records) == 1
         marks = records[0].marks if alone else ()
-        pictures |= {_file_name(name): group(name, found, alone, marks) for name, found in groups.items()}
+        for name, found in groups.items():
+            pictures[re.sub(r"[^a-z0-9]+", "_", name.lower().replace("'", ""))] = group(name, found, alone, marks)
         if (jitter := jitter_histogram(records)) is not None:
             pictures["jitter"] = jitter
         with writing(f"figures in {directory}"):
             directory.mkdir(parents=True, exist_ok=True)
-            return [_save(figure, directory / f"{name}.{kind}") for name, figure in pictures.items()]
-
-
-def _file_name(group: str) -> str:
-    return re.sub(r"[^a-z0-9]+", "_", group.lower().replace("'", ""))
-
-
-def _save(figure: Figure, path: Path) -> Path:
-    figure.savefig(path)
-    return path
+            for name, figure in pictures.items():
+                figure.savefig(directory / f"{name}.{kind}")
+    return [directory / f"{name}.{kind}" for name in pictures]
 
 
 def track(records: Sequence[Record]) -> Figure:
@@ -187,10 +181,8 @@ def jitter_intervals(record: Record) -> Array | None:
     return found if len(found) > 1 and np.ptp(found) > JITTER else None
 
 
-def jitter_histogram(records: Sequence[Record]) -> Any:
-    """Draw the intervals between control steps of all runs whose intervals vary, as a matplotlib Figure; None without any."""
-    from matplotlib.figure import Figure  # loading it takes longer than writing the rest of the page
-
+def jitter_histogram(records: Sequence[Record]) -> Figure | None:
+    """Draw the intervals between control steps of all runs whose intervals vary; None without any."""
     uneven = [(record.name, found) for record in records if (found := jitter_intervals(record)) is not None]
     if not uneven:
         return None
@@ -212,8 +204,8 @@ def jitter_histogram(records: Sequence[Record]) -> Any:
 
 def jitter_picture(records: Sequence[Record]) -> str:
     """The histograms as the data URI of an image; empty without any."""
-    if all(jitter_intervals(record) is None for record in records):
+    if (figure := jitter_histogram(records)) is None:
         return ""
     stream = io.BytesIO()
-    jitter_histogram(records).savefig(stream, format="png", dpi=110)
+    figure.savefig(stream, format="png", dpi=110)
     return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
