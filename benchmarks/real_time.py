@@ -110,7 +110,7 @@ def real_time_run(duration: float, changes: list[str]) -> tuple[dict[str, Any], 
         commands = commands[(commands > odometry[0]) & (commands < odometry[-1])]
         measured = odometry[np.searchsorted(odometry, commands) - 1]
         nominal = PERIOD * round(np.median(intervals) / PERIOD)  # the rate may be among the changes
-        return summary, share, np.abs(intervals - nominal), 1e-9 * (commands - measured) - 0.5 * nominal
+        return summary, share, np.abs(intervals - nominal), 1e-9 * (commands - measured) - 0.5 * nominal % PERIOD
 
 
 def controllers_share(command: list[str], duration: float) -> float:
