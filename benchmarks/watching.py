@@ -97,7 +97,7 @@ def pace(folder: Path, kind: str) -> list[float]:
     heard_at: dict[float, float] = {}
     client = subprocess.Popen([sys.executable, __file__, "--client"]) if kind == WATCHED else None
     with NodeGroup(parameters, folder / "logs", "", alone(names)) as nodes, StatusListener() as listener:
-        while nodes.ended() is None:
+        while not nodes.ended():
             listener.listen(0.1)
             if (simulated := float(listener.status.get("vessel_sim", {}).get("simulated_time", 0.0))) > 0.0:
                 heard_at.setdefault(simulated, listener.heard_at["vessel_sim"])

@@ -334,6 +334,7 @@ def test_replay_verifies_and_repeats_with_its_own_changes(reach: Reach, monkeypa
 
     bag = OpenedBag()
     monkeypatch.setattr("vessel_hsmc_ros.bags.reader.open_bag", lambda _: bag)
+    monkeypatch.setattr("vessel_hsmc_ros.cli.recordings.check_effects", lambda *_, **__: [])  # it reads a whole scenario
     verified = "--verify", "--set", "controller.rate_hz=50", "--namespace", "boat"
     found = reach("vessel_hsmc_ros.studies.verification.verify", "replay", "bag", *verified)
     assert [*found.values()][:3] == [bag, ({"controller.rate_hz": 50}, "/boat/"), "boat"]

@@ -23,7 +23,7 @@ from vessel_hsmc_ros.nodes.connections import Awaited, Connections
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
-from vessel_hsmc_ros.nodes.rclpy_parts import RCLError, publish
+from vessel_hsmc_ros.nodes.rclpy_parts import RCLError, RMWError, publish
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, WARN, DiagnosticTask, RecentProblem, Reporter, summarised
 from vessel_hsmc_ros.nodes.scheduling import claim
 from vessel_hsmc_ros.scenario.parameter_groups import RealTimeParameters
@@ -163,13 +163,15 @@ class VesselNode(Node, metaclass=Whole):
         publisher discovers it, so that a publisher that waits for its subscribers loses no message to one that is half
         connected. `topic`: name relative to the node's namespace. `raw`: whether the callback takes serialised messages.
         """
-        taking = callback if raw else decoded(kind, callback)
+        name = self.resolve_topic_name(topic)
+        damaged = partial(self.refuse, f"a message of {name} cannot be read: ignored")
+        taking = callback if raw else decoded(kind, callback, damaged)
         if self.parameters.lockstep:
             self.connections.add_subscription(Awaited(kind, topic, taking, profile, raw=True))
         else:
-            kept = self.black_box.receiver(self.resolve_topic_name(topic), kind, taking) if self.black_box else taking
+            kept = self.black_box.receiver(name, kind, taking) if self.black_box else taking
             self.create_subscription(kind, topic, kept, profile, raw=True)
-        self._topics["subscribes to"].append(self.resolve_topic_name(topic))
+        self._topics["subscribes to"].append(name)
 
     def framed(self, message: Any) -> Any:
         """Prefix the frame ids of a message with the parameter `frame_prefix`, in place; returns the message."""
@@ -321,16 +323,27 @@ def serialized(message: Any) -> bytes:
     return encode(message) if encode else bytes(serialize_message(message))
 
 
-def decoded(kind: Any, callback: Callable[[Any], None]) -> Callable[[bytes], None]:
-    """The callback of a raw subscription that passes on each message, faster than rclpy where the type allows it."""
+def decoded(kind: Any, callback: Callable[[Any], None], refuse: Callable[[], None]) -> Callable[[bytes], None]:
+    """The callback of a raw subscription that passes on each message, faster than rclpy where the type allows it.
+
+    `refuse`: called instead for one that is damaged.
+    """
     decode = decoder(kind)
 
-    def take(data: bytes) -> None:
+    def read(data: bytes) -> Any:
+        with suppress(ValueError):  # in a form that is rare
+            if decode:
+                return decode(data)
         try:
-            message = decode(data) if decode else deserialize_message(data, kind)
-        except ValueError:
-            message = deserialize_message(data, kind)
-        callback(message)
+            return deserialize_message(data, kind)
+        except (RMWError, ValueError):  # the latter: a text that is not of UTF-8
+            return None
+
+    def take(data: bytes) -> None:
+        if (message := read(data)) is None:
+            refuse()
+        else:
+            callback(message)
 
     return take
 

@@ -14,6 +14,9 @@ from rclpy.subscription import Subscription
 RCLError = rclpy_implementation.RCLError
 """What an operation raises that the middleware refuses."""
 
+RMWError = rclpy_implementation.RMWError
+"""What the middleware raises, such as for a message that is damaged."""
+
 InvalidHandle = rclpy_implementation.InvalidHandle
 """What the use of a destroyed entity raises."""
 
