@@ -2,12 +2,15 @@
 
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
+from geometry_msgs.msg import WrenchStamped
 from raw_messages import TARGETS, attack
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.nodes.base import decoded, serialized
 
 MESSAGES = 60
 
@@ -30,3 +33,14 @@ def test_a_bag_with_mutated_messages_is_complete_and_read_or_refused_in_one_line
     for use in (bag.load, lambda: list(bag.messages())):
         with suppress(BagError):
             use()
+
+
+@pytest.mark.parametrize("damaged", [b"", b"\0\1\0\0", b"\0\1\0\0" + 50 * b"\xff", b"\0\0\0\0" + 50 * b"\xff"])
+def test_a_damaged_message_is_refused_and_those_around_it_are_taken(damaged: bytes) -> None:
+    outcome: list[Any] = []
+    take = decoded(WrenchStamped, lambda message: outcome.append(message.wrench.force.x), lambda: outcome.append("refused"))
+    whole = WrenchStamped()
+    whole.wrench.force.x = 2.0
+    for data in (serialized(whole), damaged, serialized(whole)):
+        take(data)
+    assert outcome == [2.0, "refused", 2.0]
