@@ -323,6 +323,10 @@ def serialized(message: Any) -> bytes:
     return encode(message) if encode else bytes(serialize_message(message))
 
 
+UNREADABLE = RMWError, ValueError
+"""What a damaged message raises; the latter also for a text that is not of UTF-8."""
+
+
 def decoded(kind: Any, callback: Callable[[Any], None], refuse: Callable[[], None]) -> Callable[[bytes], None]:
     """The callback of a raw subscription that passes on each message, faster than rclpy where the type allows it.
 
@@ -330,20 +334,16 @@ def decoded(kind: Any, callback: Callable[[Any], None], refuse: Callable[[], Non
     """
     decode = decoder(kind)
 
-    def read(data: bytes) -> Any:
-        with suppress(ValueError):  # in a form that is rare
-            if decode:
-                return decode(data)
-        try:
-            return deserialize_message(data, kind)
-        except (RMWError, ValueError):  # the latter: a text that is not of UTF-8
-            return None
-
     def take(data: bytes) -> None:
-        if (message := read(data)) is None:
-            refuse()
-        else:
-            callback(message)
+        try:
+            message = decode(data) if decode else deserialize_message(data, kind)
+        except UNREADABLE:
+            try:
+                message = deserialize_message(data, kind)  # it may be whole, in a form that is rare
+            except UNREADABLE:
+                refuse()
+                return
+        callback(message)
 
     return take
 
