@@ -41,7 +41,7 @@ def executables() -> list[str]:
 
 
 def build_messages(folder: Path) -> None:
-    """Build the message package into the prefix that colcon installs into, where no other colcon package has it.
+    """Build the message package into the prefix that colcon installs into, unless colcon has built it as a package of its own.
 
     colcon and rosdep do not search below a folder that has a package.xml, and so do not find that of msg_defs by themselves. pip
     takes the messages from a wheel.
@@ -50,7 +50,9 @@ def build_messages(folder: Path) -> None:
         folder: Where CMake builds.
     """
     base = getattr(sys, "real_prefix", None)  # colcon replaces the prefix while it runs this file
-    if base is None or not os.environ.get("AMENT_PREFIX_PATH"):
+    prefixes = [Path(each) for each in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each]
+    built_by_colcon = any((prefix / "share" / "colcon-core" / "packages" / "vessel_hsmc_msgs").is_file() for prefix in prefixes)
+    if base is None or not prefixes or built_by_colcon:
         return
     within = sysconfig.get_path("purelib", "posix_prefix", {"base": sys.prefix})
     options = {

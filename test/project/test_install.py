@@ -15,6 +15,26 @@ ROOT = Path(__file__).resolve().parents[2]
 EXECUTABLES = (*(program.executable for program in PROGRAMS.values()), "vessel-hsmc")
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
 OUR_PACKAGES = sysconfig.get_path("purelib")
+UNDERLAY = {
+    "AMENT_PREFIX_PATH": sys.prefix,
+    "CMAKE_PREFIX_PATH": sys.prefix,
+    "PATH": f"{sys.prefix}/bin{os.pathsep}{os.environ['PATH']}",
+    "CFLAGS": "-O0",  # compiles in less time
+    "CXXFLAGS": "-O0",
+}
+
+LISTENER = """\
+<package format="3">
+  <name>listener</name>
+  <version>0.0.0</version>
+  <description>Listens to the controller.</description>
+  <maintainer email="maintainers@example.org">maintainers</maintainer>
+  <license>Apache-2.0</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <depend>vessel_hsmc_msgs</depend>
+  <export><build_type>ament_cmake</build_type></export>
+</package>
+"""
 
 
 def check_output(*command: str | Path, cwd: Path, environment: dict[str, str] | None = None, deadline: float = 120.0) -> str:
@@ -69,11 +89,8 @@ def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tm
 
 @pytest.mark.long
 def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(source: Path) -> None:
-    underlay = {"AMENT_PREFIX_PATH": sys.prefix, "CMAKE_PREFIX_PATH": sys.prefix}
-    underlay |= {"CFLAGS": "-O0", "CXXFLAGS": "-O0"}  # compiles in less time
-    underlay["PATH"] = f"{sys.prefix}/bin{os.pathsep}{os.environ['PATH']}"
     workspace = source.parent
-    output = check_output("colcon", "build", cwd=workspace, environment=underlay, deadline=300.0)
+    output = check_output("colcon", "build", cwd=workspace, environment=UNDERLAY, deadline=300.0)
     assert "1 package finished" in output
     install = workspace / "install"
     executables = install / "vessel_hsmc_ros" / "lib" / "vessel_hsmc_ros"
@@ -84,9 +101,67 @@ def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(
     run = f"{executables}/vessel-hsmc run case2_tracking --set vessel_sim.duration=1 --no-page"
     where = "python -c 'import vessel_hsmc_ros, vessel_hsmc_msgs as m; print(vessel_hsmc_ros.__file__, m.__file__)'"
     script = f". install/local_setup.sh && cd log && {where} && {run}"
-    output = check_output("sh", "-c", script, cwd=workspace, environment=underlay)
+    output = check_output("sh", "-c", script, cwd=workspace, environment=UNDERLAY)
     assert output.count(f"{install}/vessel_hsmc_ros/lib") == 2
     assert "messages recorded" in output
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a workspace with this package and one of a user, which needs the messages by their name."""
+    workspace = tmp_path_factory.mktemp("workspace")
+    copy_source(workspace / "src" / "vessel_hsmc_ros")
+    listener = workspace / "src" / "listener"
+    listener.mkdir()
+    (listener / "package.xml").write_text(LISTENER, encoding="utf-8")
+    find = "find_package(ament_cmake REQUIRED)\nfind_package(vessel_hsmc_msgs REQUIRED)\nament_package()\n"
+    (listener / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.20)\nproject(listener)\n{find}", encoding="utf-8")
+    return workspace
+
+
+def built_in_turn(workspace: Path, *options: str) -> list[str]:
+    found = check_output(Path(sys.prefix) / "bin" / "colcon", "list", "--topological-order", *options, cwd=workspace)
+    return [line.split("\t")[0] for line in found.splitlines()]
+
+
+def unknown_in(*folders: Path) -> set[str]:
+    """The packages of this repository that rosdep would look for elsewhere, as it reads the files of the folders."""
+    from catkin_pkg.packages import find_packages
+
+    packages = [package for folder in folders for package in find_packages(str(folder)).values()]
+    kinds = ("buildtool_depends", "build_depends", "exec_depends", "test_depends")
+    needed = {each.name for package in packages for kind in kinds for each in getattr(package, kind)}
+    return {name for name in needed if name.startswith("vessel_")} - {package.name for package in packages}
+
+
+def test_colcon_and_rosdep_find_the_messages_as_a_package_by_a_link_or_a_path(workspace: Path) -> None:
+    source, messages = workspace / "src", workspace / "src" / "vessel_hsmc_ros" / "msg_defs"
+    assert built_in_turn(workspace) == ["listener", "vessel_hsmc_ros"]
+    assert unknown_in(source) == {"vessel_hsmc_msgs"}  # that of the listener
+
+    order = ["vessel_hsmc_msgs", "listener", "vessel_hsmc_ros"]
+    assert built_in_turn(workspace, "--base-paths", str(source), str(messages)) == order
+    assert unknown_in(source, messages) == set()
+
+    link = source / "vessel_hsmc_msgs"
+    link.symlink_to("vessel_hsmc_ros/msg_defs")
+    try:
+        assert built_in_turn(workspace) == order
+        assert unknown_in(source) == set()
+    finally:
+        link.unlink()
+
+
+@pytest.mark.long
+def test_the_messages_are_built_once_where_colcon_finds_them_as_a_package(workspace: Path) -> None:
+    paths = ("--base-paths", "src", "src/vessel_hsmc_ros/msg_defs")
+    output = check_output("colcon", "build", *paths, cwd=workspace, environment=UNDERLAY, deadline=300.0)
+    assert "3 packages finished" in output
+    found = {path.relative_to(workspace / "install").parts[0] for path in workspace.rglob("install/*/lib/*/site-packages/*_msgs")}
+    assert found == {"vessel_hsmc_msgs"}
+    script = ". install/local_setup.sh && cd log && python -c 'import vessel_hsmc_ros, vessel_hsmc_msgs as m; print(m.__file__)'"
+    output = check_output("sh", "-c", script, cwd=workspace, environment=UNDERLAY)
+    assert f"{workspace}/install/vessel_hsmc_msgs/lib" in output
 
 
 def test_rosdep_and_colcon_find_one_package_in_a_workspace_whose_dependencies_exist_elsewhere(source: Path) -> None:
