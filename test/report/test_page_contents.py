@@ -105,8 +105,7 @@ def test_the_fence_of_runs_is_drawn_once_in_page_and_figure() -> None:
         [[-400.0, -400.0], [400.0, -400.0], [400.0, 400.0], [-400.0, 400.0]]
     ]
     assert fences([free]) == []
-    legends = [figures.track([one]).axes[0].get_legend() for one in (fenced, free)]
-    labels = [[text.get_text() for text in legend.get_texts()] for legend in legends if legend]
+    labels = [[trace["name"] for trace in figures.track([one])["traces"]] for one in (fenced, free)]
     assert ["fence" in each for each in labels] == [True, False]
     assert ['class="fence"' in page.render([one], "run", page.hull_of([one])) for one in (fenced, free)] == [True, False]
 

@@ -16,9 +16,8 @@ import numpy as np
 from vessel_hsmc_ros.core.kernel import Array
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure as Picture
-if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Picture
 
 
 SERIES = ("#0072b2", "#d55e00", "#00875f", "#b0478a", "#8a6d00", "#4b4bc8")
@@ -37,8 +36,17 @@ PLANNED = "#c4d3de"
 DARK_SERIES = ("#56b4e9", "#f08c3a", "#3ccf9a", "#e58fc3", "#e0c14a", "#9d9dfb")
 """The same hues on a dark page."""
 
-ROLE_COLOURS = {"main": "--ship", "desired": "--reference", "other": "--other", "third": "--third", "measured": "--shared"}
-"""Colour of a line of a single run by its role in a panel."""
+ROLES = {
+    "main": ("--ship", 1.6, "solid"),
+    "desired": ("--reference", 1.4, "6px,4px"),
+    "other": ("--other", 1.4, "2px,2px"),
+    "third": ("--third", 1.4, "8px,3px,2px,3px"),
+    "measured": ("--shared", 0.8, "solid"),
+}
+"""Colour of a line of a single run, its width and its dashes, by its role in a panel."""
+
+LIMIT_DASHES = ("6px,3px", "2px,3px", "8px,3px,2px,3px")
+"""Dashes of the limits of a panel, in turn."""
 
 PLOT: Any = {
     "axes.axisbelow": True,
@@ -102,9 +110,10 @@ def run_colour(run: int | None) -> str:
     return "--shared" if run is None else f"--run-{run % len(SERIES)}"
 
 
-def line_colour(run: int | None, role: str, alone: bool) -> str:
-    """The style sheet's colour of a line: by its role where there is a single run, by its run where there are several."""
-    return ROLE_COLOURS[role] if alone else run_colour(run)
+def look(run: int | None, role: str, alone: bool) -> dict[str, Any]:
+    """Colour, width and dashes of a line; its colour is that of its role in a single run, of its run in several."""
+    colour, width, dash = ROLES[role]
+    return {"colour": colour if alone else run_colour(run), "width": width, "dash": dash}
 
 
 def css_variables() -> str:
@@ -139,6 +148,8 @@ DIGITS = 5  # significant digits of the drawn numbers
 POINTS = 1500  # approximate number of points of a line
 COLUMNS, SIZE = 2, (5.2, 3.8)  # of a picture: diagrams side by side; width and height of each, inches
 TITLE_WIDTH = 44  # longest line of the title of a diagram in a picture, characters
+CHARACTERS = 12  # of the name of an ordinate, per inch
+DASHES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
 SYMBOLS = {"x": "X", "square": "s", "diamond": "D", "star": "*"}
 COLOUR_MAP = "viridis_r"  # Viridis reversed, of matplotlib
@@ -192,15 +203,25 @@ def points(x: Array, y: Array, name: str, colour: str, symbol: str = "circle", s
     return {**line(x, y, name, colour, "markers"), "x": numbers(x), "y": numbers(y), "marker": marker}
 
 
-def level(y: float, colour: str = "--limit") -> Figure:
-    """A dashed line at a value of the ordinate, one of the `shapes` of a layout."""
-    look = {"color": colour, "width": 1.2, "dash": "dash"}
-    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": y, "y1": y, "line": look}
+def level(y: float, colour: str = "--limit", dash: str = "dash", name: str = "") -> Figure:
+    """A dashed line at a value of the ordinate, one of the `shapes` of a layout; with a name it has an entry in the legend."""
+    drawn = {"color": colour, "width": 1.2, "dash": dash}
+    return {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": y, "y1": y, "line": drawn, "name": name}
+
+
+def moment(x: float, colour: str = "--limit", dash: str = "dash", name: str = "") -> Figure:
+    """A dashed line at a value of the abscissa, as `level`."""
+    drawn = {"color": colour, "width": 1.2, "dash": dash}
+    return {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": x, "x1": x, "line": drawn, "name": name}
 
 
 def numbers(values: Array) -> list[float | None]:
-    """Numbers for JSON, which has none that is not finite."""
-    return [float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None for value in np.asarray(values, float).tolist()]
+    """Numbers for JSON, which has none that is not finite; with more digits where they differ little, such as far from zero."""
+    values = np.asarray(values, float)
+    finite = values[np.isfinite(values)]
+    spread = float(np.ptp(finite)) if len(finite) else 0.0
+    digits = DIGITS + max(0, math.floor(math.log10(np.abs(finite).max() / spread))) if spread > 0.0 else 15
+    return [float(f"{value:.{digits}g}") if math.isfinite(value) else None for value in values.tolist()]
 
 
 def spans(values: Array) -> bool:
@@ -209,14 +230,22 @@ def spans(values: Array) -> bool:
     return bool(len(finite)) and bool(finite.min() > 0.0) and bool(finite.max() / finite.min() > LOGARITHMIC_RATIO)
 
 
-def draw(path: Path, figures: Sequence[Figure]) -> Path:
-    """Draw figures side by side into a PNG file. Raises OSError if it cannot be written."""
-    columns = min(COLUMNS, len(figures))
+def draw(path: Path, figures: Sequence[Figure], size: tuple[float, float] = SIZE, stacked: bool = False) -> Path:
+    """Draw figures into a picture, whose format is the suffix of its path. Raises OSError if it cannot be written.
+
+    `size`: width and height of each figure, inches. `stacked`: whether they are below each other over a common abscissa, else
+    they are side by side.
+    """
+    columns = 1 if stacked else min(COLUMNS, len(figures))
     rows = -(-len(figures) // columns)
-    with figure(path, SIZE[0] * columns, SIZE[1] * rows) as picture:
-        panels = picture.subplots(rows, columns, squeeze=False).ravel()
+    with figure(path, size[0] * columns, size[1] * rows) as picture:
+        panels = picture.subplots(rows, columns, squeeze=False, sharex=stacked).ravel()
         for panel, each in zip(panels, figures, strict=False):
             _draw(panel, each)
+            _set_axes(panel, each, round(CHARACTERS * size[1]))
+            _add_legend(panel, each, stacked)
+            if stacked:
+                panel.label_outer()
         for panel in panels[len(figures) :]:
             panel.remove()
     return path
@@ -228,60 +257,85 @@ def _draw(panel: "Axes", drawn: Figure) -> None:
     for trace in drawn["traces"]:
         x, y = trace["x"], trace["y"]
         if trace["type"] == "bar":
-            spread = {"xerr": trace["error_x"]["array"], "error_kw": {"ecolor": page_colour("--shared"), "capsize": 2}}
-            panel.barh(y, x, color=page_colour(trace["marker"]["color"]), **spread)
+            _draw_bars(panel, trace)
         elif trace["type"] == "heatmap":
-            look = {"vmin": trace["zmin"], "vmax": trace["zmax"], "cmap": COLOUR_MAP}
-            shaded = panel.pcolormesh(x, y, np.array(trace["z"], float), **look), trace["colorbar"]
+            ends = {"vmin": trace["zmin"], "vmax": trace["zmax"]}
+            shaded = panel.pcolormesh(x, y, np.array(trace["z"], float), cmap=COLOUR_MAP, **ends), trace["colorbar"]
         elif trace["mode"] == "markers":
             shaded = _draw_points(panel, np.array(x, float), np.array(y, float), trace) or shaded
         else:
             _draw_line(panel, trace, below)
         below = y
     for shape in drawn["layout"].get("shapes", ()):
-        look = {"color": page_colour(shape["line"]["color"]), "lw": 1.0, "ls": "--"}
-        if shape.get("xref") == "paper":
-            panel.axhline(shape["y0"], **look)
-        else:
-            panel.axvline(shape["x0"], label="limit", **look)
-    if drawn["layout"]["showlegend"] or "shapes" in drawn["layout"]:
-        panel.legend(loc="best")
+        mark, at = (panel.axhline, shape["y0"]) if shape.get("xref") == "paper" else (panel.axvline, shape["x0"])
+        mark(at, label=shape["name"], **_stroke(shape["line"]))
+    for note in drawn["layout"]["annotations"]:
+        if note.get("xref") == note.get("yref") == "paper":
+            panel.text(note["x"], note["y"], note["text"], transform=panel.transAxes, va="top", fontsize=8)
     if shaded is not None:
         points, bar = shaded
         scale = panel.figure.colorbar(points, ax=panel, label=bar["title"]["text"])
         if "tickvals" in bar:
             scale.set_ticks(bar["tickvals"], labels=bar["ticktext"])
-    _set_axes(panel, drawn)
+
+
+def _stroke(pen: Figure) -> dict[str, Any]:
+    """Colour, width and dashes of a line for matplotlib."""
+    dash = pen["dash"]
+    dashes = (0.0, [PIXEL * float(part.removesuffix("px")) for part in dash.split(",")]) if "px" in dash else DASHES[dash]
+    return {"color": page_colour(pen["color"]), "lw": PIXEL * pen["width"], "ls": dashes}
+
+
+def _draw_bars(panel: "Axes", trace: Figure) -> None:
+    colour = page_colour(trace["marker"]["color"])
+    if trace.get("orientation") == "h":
+        spread = {"xerr": trace["error_x"]["array"], "error_kw": {"ecolor": page_colour("--shared"), "capsize": 2}}
+        panel.barh(trace["y"], trace["x"], color=colour, **spread)
+    else:
+        panel.bar(trace["x"], trace["y"], trace["width"], color=colour)
 
 
 def _draw_line(panel: "Axes", trace: Figure, below: Any) -> None:
     """Draw a line, or the area between it and the one before."""
-    x, y, look = trace["x"], trace["y"], trace["line"]
+    x, y, pen = trace["x"], trace["y"], trace["line"]
     if "fill" in trace:
         panel.fill_between(x, below, y, color=page_colour(trace["fillcolor"]), lw=0, step="post")
-    elif look["width"]:
-        style: Any = {"drawstyle": "steps-post" if look["shape"] == "hv" else "default", "label": trace["name"]}
-        marker = "o" if "markers" in trace["mode"] else ""
-        panel.plot(x, np.array(y, float), color=page_colour(look["color"]), lw=1.4, marker=marker, ms=4, **style)
+    elif pen["width"]:
+        style: Any = {"drawstyle": "steps-post" if pen["shape"] == "hv" else "default", "label": trace["name"], **_stroke(pen)}
+        panel.plot(np.array(x, float), np.array(y, float), marker="o" if "markers" in trace["mode"] else "", ms=4, **style)
 
 
 def _draw_points(panel: "Axes", x: Array, y: Array, trace: Figure) -> Any:
     """Draw points; returns them with the bar of their colours, None if they have one colour."""
     marker = trace["marker"]
-    look: Any = {"marker": SYMBOLS.get(marker["symbol"], "o"), "s": (PIXEL * marker["size"]) ** 2, "label": trace.get("name")}
-    look |= {"linewidths": PIXEL * marker["line"]["width"], "edgecolors": page_colour(marker["line"]["color"])}
+    if "angle" in marker:  # arrows, clockwise from up
+        angle = np.radians(marker["angle"])
+        panel.quiver(x, y, np.sin(angle), np.cos(angle), color=page_colour(marker["color"]), width=0.004, scale=22, zorder=3)
+        return None
+    style: Any = {"marker": SYMBOLS.get(marker["symbol"], "o"), "s": (PIXEL * marker["size"]) ** 2, "label": trace.get("name")}
+    style |= {"linewidths": PIXEL * marker["line"]["width"], "edgecolors": page_colour(marker["line"]["color"])}
     if isinstance(marker["color"], str):
-        panel.scatter(x, y, color=page_colour(marker["color"]), zorder=3, **look)
+        panel.scatter(x, y, color=page_colour(marker["color"]), zorder=3, **style)
         return None
     shade = {"c": np.array(marker["color"], float), "vmin": marker["cmin"], "vmax": marker["cmax"], "cmap": COLOUR_MAP}
-    return panel.scatter(x, y, **shade, **look), marker["colorbar"]
+    return panel.scatter(x, y, **shade, **style), marker["colorbar"]
 
 
-def _set_axes(panel: "Axes", drawn: Figure) -> None:
-    """Names, scales and ranges of the axes, and the title where it is not the name of an axis."""
+def _add_legend(panel: "Axes", drawn: Figure, above: bool) -> None:
+    """Add a legend where a line or a limit needs one: in the panel, or above it, where it covers no line."""
+    if drawn["layout"]["showlegend"] or any(shape["name"] for shape in drawn["layout"].get("shapes", ())):
+        place: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "ncols": 5, "fontsize": 7, "borderaxespad": 0.0}
+        panel.legend(**(place if above else {"loc": "best"}))
+
+
+def _set_axes(panel: "Axes", drawn: Figure, width: int) -> None:
+    """Names, scales and ranges of the axes, and the title where it is not the name of an axis.
+
+    `width`: longest line of the name of the ordinate, characters.
+    """
     across, up = drawn["layout"]["xaxis"], drawn["layout"]["yaxis"]
-    panel.set(xlabel=across["title"]["text"], ylabel=up["title"]["text"])
-    if drawn["title"] != across["title"]["text"]:
+    panel.set(xlabel=across["title"]["text"], ylabel=textwrap.fill(up["title"]["text"], width))
+    if drawn["title"] not in (across["title"]["text"], up["title"]["text"]):
         panel.set_title(textwrap.fill(drawn["title"], TITLE_WIDTH))
     for axis, set_scale, set_limits, set_ticks in (
         (across, panel.set_xscale, panel.set_xlim, panel.set_xticks),

@@ -1,31 +1,21 @@
-"""The figures of a report as PNG or SVG files, and its histograms of the intervals between control steps."""
+"""The figures of a report: its panels, the track and the intervals between control steps, and files of them."""
 
-import base64
-import io
 import re
-import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.diagrams import LIMIT, NEUTRAL, PLANNED, PLOT, SHIP, line_colour, page_colour
+from vessel_hsmc_ros.report import diagrams
+from vessel_hsmc_ros.report.diagrams import LIMIT_DASHES, POINTS, Axis, Figure, layout, level, line, look, moment, numbers, points
 from vessel_hsmc_ros.report.page_kit import writing
 from vessel_hsmc_ros.report.panels import (
     DESIRED,
     JITTER,
     MAIN,
-    MEASURED,
-    OTHER,
     REFERENCE,
-    THIRD,
-    Line,
     Overlay,
     buckets,
     fences,
@@ -35,132 +25,100 @@ from vessel_hsmc_ros.report.panels import (
     thin_time,
     tracks,
 )
-from vessel_hsmc_ros.report.record import Limit, Mark, Record, control_intervals
+from vessel_hsmc_ros.report.record import Mark, Record, control_intervals
 
-mpl.use("Agg")  # files only: no display is needed
-
-STYLES = {MAIN: "-", DESIRED: "--", OTHER: ":", THIRD: "-.", MEASURED: "-"}
-VALUES = 4000  # largest number of values of a line, more than a figure can resolve
-LABEL_WIDTH = 24  # longest line of an axis label, characters
-Array = NDArray[np.float64]
+STRIP, SQUARE = (8.0, 1.8), (6.5, 6.0)  # width and height of a panel and of the track, inches
+ARROWS, BINS = 11, 60  # headings along the track, and bins of a histogram
 
 
 def draw(records: Sequence[Record], directory: Path, kind: str = "png") -> list[Path]:
-    """Draw the track and one figure for each group of panels.
+    """Draw the track, one picture for each group of panels, and the intervals between control steps where they vary.
 
     `records`: at least one run. `directory`: created if it does not exist.
     """
-    groups: dict[str, list[Overlay]] = {}
+    alone = len(records) == 1
+    groups: dict[str, list[Figure]] = {}
     for overlay in overlays(records):
-        groups.setdefault(overlay.panel.group, []).append(overlay)
-    with mpl.rc_context(PLOT):
-        pictures = {"track": track(records)}
-        alone = len(records) == 1
-        marks = records[0].marks if alone else ()
+        of_group = groups.setdefault(overlay.panel.group, [])
+        drawn = of_panel(overlay, alone, records[0].marks if alone else ())
+        of_group.append({**drawn, "title": "" if of_group else overlay.panel.group})
+    with writing(f"figures in {directory}"):
+        directory.mkdir(parents=True, exist_ok=True)
+        files = [diagrams.draw(directory / f"track.{kind}", [track(records)], SQUARE)]
         for name, found in groups.items():
-            pictures[re.sub(r"[^a-z0-9]+", "_", name.lower().replace("'", ""))] = group(name, found, alone, marks)
-        if (jitter := jitter_histogram(records)) is not None:
-            pictures["jitter"] = jitter
-        with writing(f"figures in {directory}"):
-            directory.mkdir(parents=True, exist_ok=True)
-            for name, figure in pictures.items():
-                figure.savefig(directory / f"{name}.{kind}")
-    return [directory / f"{name}.{kind}" for name in pictures]
+            file = re.sub(r"[^a-z0-9]+", "_", name.lower().replace("'", ""))
+            files.append(diagrams.draw(directory / f"{file}.{kind}", found, STRIP, stacked=True))
+        if uneven := jitter(records):
+            files.append(diagrams.draw(directory / f"jitter.{kind}", uneven))
+    return files
 
 
 def track(records: Sequence[Record]) -> Figure:
-    """Draw the tracks of ships and references, with the heading of the first ship as arrows at 11 instants."""
-    figure = Figure(figsize=(6.5, 6.0))
-    figure.subplots_adjust(left=0.12, right=0.97, bottom=0.09, top=0.94)
-    axis = figure.add_subplot()
+    """The tracks of ships and references, with the heading of the first ship as arrows."""
+    traces: list[Figure] = []
     for plan in plans(records):
-        for points in plan.outlines:
-            axis.plot(
-                points.real, points.imag, color=PLANNED, lw=4.0, label="planned legs" if points is plan.outlines[0] else None
-            )
-        x, y = np.array([(point.real, point.imag) for point in plan.waypoints]).reshape(-1, 2).T
-        axis.plot(x, y, "o", mfc="none", mec=NEUTRAL, ms=6)
+        for number, legs in enumerate(plan.outlines):
+            traces.append(line(legs.real, legs.imag, "" if number else "planned legs", "--plan", width=5.0))
+        waypoints = np.array(plan.waypoints)
+        empty = {"color": "--card", "line": {"color": "--shared", "width": 1.3}}
+        traces.append(_with_marker(points(waypoints.real, waypoints.imag, "", "--shared", size=8.0), empty))
     for number, ring in enumerate(fences(records)):
-        x, y = np.array([(corner.real, corner.imag) for corner in (*ring, ring[0])]).T
-        axis.plot(x, y, color=NEUTRAL, lw=1.2, ls="--", label=None if number else "fence")
+        corners = np.array((*ring, ring[0]))
+        traces.append(line(corners.real, corners.imag, "" if number else "fence", "--shared", width=1.6, dash="dash"))
     for each in tracks(records)[::-1]:  # ships come first in the list and are drawn last, on top of the references
-        role = DESIRED if each.role == REFERENCE else MAIN
-        colour = page_colour(line_colour(each.run, role, len(records) == 1))
-        poses = each.poses[:: max(1, len(each.poses) // VALUES)]
-        axis.plot(poses[:, 0], poses[:, 1], color=colour, lw=1.3, ls=STYLES[role], label=each.label)
-        axis.plot(*each.poses[0, :2], "o", color=colour, ms=5)
-        axis.plot(*each.poses[-1, :2], "s", color=colour, ms=5)
+        drawn = look(each.run, DESIRED if each.role == REFERENCE else MAIN, len(records) == 1)
+        x, y = each.poses[:, :2].T
+        traces += [
+            line(x, y, each.label, **drawn),
+            points(x[:1], y[:1], "", drawn["colour"], size=7.0),
+            points(x[-1:], y[-1:], "", drawn["colour"], "square", 7.0),
+        ]
     state = records[0].run.state
-    x, y, psi = state[np.linspace(0, len(state) - 1, 13).astype(int)[1:-1], :3].T
-    axis.quiver(x, y, np.cos(psi), np.sin(psi), color=SHIP, width=0.004, scale=22, zorder=3)
-    axis.set(xlabel="x east [m]", ylabel="y north [m]", title="Track from start (dot) to end (square)", aspect="equal")
-    handles, labels = axis.get_legend_handles_labels()
-    axis.legend(handles[::-1], labels[::-1], loc="best")  # in the order from top to bottom
-    return figure
+    x, y, psi = state[np.linspace(0, len(state) - 1, ARROWS + 2).astype(int)[1:-1], :3].T
+    heading = {"symbol": "arrow", "angle": numbers(90.0 - np.degrees(psi))}
+    traces.append(_with_marker(points(x, y, "", "--ship", size=10.0), heading))
+    drawn = layout(Axis("x east [m]"), Axis("y north [m]"), 560, legend=True)
+    drawn["yaxis"] |= {"scaleanchor": "x"}
+    return {"title": "Track from start (dot) to end (square)", "traces": traces, "layout": drawn}
 
 
-def group(name: str, found: Sequence[Overlay], alone: bool, marks: Sequence[Mark] = ()) -> Figure:
-    """Draw the panels of a group below each other, with a common time axis.
+def _with_marker(trace: Figure, marker: Figure) -> Figure:
+    return {**trace, "marker": {**trace["marker"], **marker}}
 
-    `found`: its panels, from top to bottom. `alone`: whether there is a single run: lines are then coloured by their role, else
-    by their run.
+
+def of_panel(overlay: Overlay, alone: bool, marks: Sequence[Mark] = ()) -> Figure:
+    """A panel with its values, with the prefix that suits them, the limits near them, and the events of a single run.
+
+    `alone`: whether there is a single run: lines are then coloured by their role, else by their run.
     """
-    height = 0.8 + 1.8 * len(found)
-    figure = Figure(figsize=(8.0, height))
-    figure.subplots_adjust(left=0.13, right=0.98, bottom=0.45 / height, top=1.0 - 0.35 / height, hspace=0.22)
-    first = figure.add_subplot(len(found), 1, 1)
-    axes = [first, *(figure.add_subplot(len(found), 1, i + 1, sharex=first) for i in range(1, len(found)))]
-    for axis, overlay in zip(axes, found, strict=True):
-        _panel(axis, overlay, alone)
-        axis.tick_params(labelbottom=axis is axes[-1])
-        for mark in marks:
-            axis.axvline(mark.time, color=NEUTRAL, lw=0.8, ls=":")
-    axes[0].set_title(name, loc="left")
-    axes[-1].set(xlabel="time [s]")
-    return figure
-
-
-def _panel(axis: Axes, overlay: Overlay, alone: bool) -> None:
-    """Draw the lines of a panel, its values with the prefix that suits them."""
     panel = overlay.panel
-    drawn = [_thinned(owned.line) for owned in overlay.lines]
-    values = np.concatenate([found for _, found in drawn])
-    values = values[np.isfinite(values)]
-    low, high, peak = _range(values)
-    factor, unit = scaled(max(abs(low), abs(high)), panel.unit)
-    for owned, (time, found) in zip(overlay.lines, drawn, strict=True):
-        look: Any = {
-            "color": page_colour(line_colour(owned.run, owned.line.role, alone)),
-            "ls": STYLES[owned.line.role],
-            "lw": 1.1,
-        }
-        axis.plot(time, factor * found, label=owned.label, drawstyle="steps-post" if panel.step else "default", **look)
-    title = textwrap.fill(panel.title, LABEL_WIDTH)
-    axis.set(ylabel=f"{title}\n[{unit}]" if unit else title)
-    _limits(axis, panel.limits, max(abs(low), abs(high)), factor)
+    lines = [_thinned(owned.line.time, owned.line.values) for owned in overlay.lines]
+    values = np.concatenate([found for _, found in lines])
+    low, high, peak = _range(values[np.isfinite(values)])
+    largest = max(abs(low), abs(high))
+    factor, unit = scaled(largest, panel.unit)
+    shape = "hv" if panel.step else "linear"
+    traces = [
+        line(time, factor * found, owned.label, **look(owned.run, owned.line.role, alone), shape=shape)
+        for owned, (time, found) in zip(overlay.lines, lines, strict=True)
+    ]
+    drawn = layout(Axis("time [s]"), Axis(f"{panel.title} [{unit}]" if unit else panel.title), legend=len(traces) > 1)
+    drawn["shapes"] = [moment(mark.time, "--shared", "dot") for mark in marks]
+    for i, limit in enumerate(panel.limits):
+        if limit.value <= 4.0 * largest:  # more distant ones would compress the lines
+            for bound, name in ((-limit.value, ""), (limit.value, f"limit: {limit.name}")):
+                drawn["shapes"].append(level(factor * bound, dash=LIMIT_DASHES[i % len(LIMIT_DASHES)], name=name))
     if peak is not None:
-        axis.set_ylim(factor * low, factor * high)
+        drawn["yaxis"] |= {"range": [factor * low, factor * high]}
         text = f"peak {quantity(peak, panel.unit)}, beyond the scale"
-        axis.text(0.02, 0.92, text, transform=axis.transAxes, va="top", fontsize=8)
-    if len(axis.lines) > 1:
-        # Above the panel, where it covers no line.
-        axis.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=5, fontsize=7, borderaxespad=0.0)
+        place = {"xref": "paper", "yref": "paper", "x": 0.02, "y": 0.92, "showarrow": False}
+        drawn["annotations"].append({"text": text, **place})
+    return {"title": panel.title, "traces": traces, "layout": drawn}
 
 
-def _thinned(line: Line) -> tuple[Array, Array]:
-    chosen = buckets(len(line.time), VALUES)
-    return thin_time(line.time, chosen), thin(np.asarray(line.values, dtype=float), chosen)
-
-
-def _limits(axis: Axes, limits: Sequence[Limit], largest: float, factor: float) -> None:
-    """Draw saturation limits if the values reach a quarter of them: more distant ones would compress the lines.
-
-    `largest`: largest magnitude of the shown values, SI. `factor`: from SI to the unit of the axis.
-    """
-    for i, limit in enumerate(limits):
-        if limit.value <= 4.0 * largest:
-            for bound, label in ((-limit.value, None), (limit.value, f"limit: {limit.name}")):
-                axis.axhline(factor * bound, color=LIMIT, lw=0.8, ls=("--", ":")[i % 2], label=label)
+def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
+    chosen = buckets(len(time), POINTS)
+    return thin_time(time, chosen), thin(np.asarray(values, dtype=float), chosen)
 
 
 def _range(values: Array) -> tuple[float, float, float | None]:
@@ -175,37 +133,28 @@ def _range(values: Array) -> tuple[float, float, float | None]:
     return float(values.min()), float(values.max()), None
 
 
+def jitter(records: Sequence[Record]) -> list[Figure]:
+    """Histograms of the intervals between control steps, of all runs whose intervals vary."""
+    uneven = [(record.name, jitter_intervals(record)) for record in records]
+    return [_histogram(name, found) for name, found in uneven if found is not None]
+
+
 def jitter_intervals(record: Record) -> Array | None:
     """Intervals between control steps, (n,) s; None where they are constant or the law's terms were not recorded."""
     _, found = control_intervals(record.run, record.marks)
     return found if len(found) > 1 and np.ptp(found) > JITTER else None
 
 
-def jitter_histogram(records: Sequence[Record]) -> Figure | None:
-    """Draw the intervals between control steps of all runs whose intervals vary; None without any."""
-    uneven = [(record.name, found) for record in records if (found := jitter_intervals(record)) is not None]
-    if not uneven:
-        return None
-    figure = Figure(figsize=(8.0, 2.6 * len(uneven)), layout="constrained")
-    for i, (name, found) in enumerate(uneven):
-        axis = figure.add_subplot(len(uneven), 1, i + 1)
-        period = round(float(np.median(found)), 4)  # the median: late steps do not shift it
-        deviation = found - period
-        # Outliers are counted in the outermost bins; the title shows their values.
-        low, high = np.percentile(deviation, [0.1, 99.9])
-        factor, unit = scaled(max(-low, high), "s")
-        pad = 0.1 * (high - low) or 1e-3
-        axis.hist(factor * np.clip(deviation, low - pad, high + pad), bins=60, color=SHIP)
-        smallest, largest = quantity(deviation.min(), "s", sign=True), quantity(deviation.max(), "s", sign=True)
-        axis.set_title(f"{name}: smallest {smallest}, largest {largest}", fontsize=9)
-        axis.set(xlabel=f"control interval minus {quantity(period, 's')} [{unit}]", ylabel="count", yscale="log")
-    return figure
-
-
-def jitter_picture(records: Sequence[Record]) -> str:
-    """The histograms as the data URI of an image; empty without any."""
-    if (figure := jitter_histogram(records)) is None:
-        return ""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=110)
-    return "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+def _histogram(name: str, intervals: Array) -> Figure:
+    period = round(float(np.median(intervals)), 4)  # the median: late steps do not shift it
+    deviation = intervals - period
+    # Outliers are counted in the outermost bins; the title shows their values.
+    low, high = np.percentile(deviation, [0.1, 99.9])
+    factor, unit = scaled(max(-low, high), "s")
+    pad = 0.1 * (high - low) or 1e-3
+    counts, edges = np.histogram(factor * np.clip(deviation, low - pad, high + pad), BINS)
+    middles = numbers(0.5 * (edges[1:] + edges[:-1]))
+    bars = {"type": "bar", "x": middles, "y": counts.tolist(), "width": edges[1] - edges[0], "marker": {"color": "--ship"}}
+    smallest, largest = quantity(deviation.min(), "s", sign=True), quantity(deviation.max(), "s", sign=True)
+    axes = Axis(f"control interval minus {quantity(period, 's')} [{unit}]"), Axis("count", logarithmic=True)
+    return {"title": f"{name}: smallest {smallest}, largest {largest}", "traces": [bars], "layout": layout(*axes)}

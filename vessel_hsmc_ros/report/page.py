@@ -4,6 +4,7 @@ import csv
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,8 @@ from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.core.hull import DrawnHull, Hull, described, vessel_name
 from vessel_hsmc_ros.core.metrics import Run, Table, control_table, motion_table
 from vessel_hsmc_ros.core.quantities import quantity
-from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.diagrams import SERIES, line_colour, run_colour
-from vessel_hsmc_ros.report.figures import jitter_picture
+from vessel_hsmc_ros.report import figures, page_kit
+from vessel_hsmc_ros.report.diagrams import LIMIT_DASHES, SERIES, look, run_colour
 from vessel_hsmc_ros.report.from_bag import of_fleet, of_vessel
 from vessel_hsmc_ros.report.page_kit import Payload, writing
 from vessel_hsmc_ros.report.panels import (
@@ -51,6 +51,8 @@ SCRIPTS = (
     "track.js",
     "map.js",
     "theme.js",
+    "diagram.js",
+    "figures.js",
     "main.js",
 )
 LINE_VALUES, PAGE_VALUES = 50_000, 3_000_000
@@ -99,7 +101,7 @@ def render(records: Sequence[Record], title: str, hull: Hull, notes: Sequence[st
         groups=_groups(overlaid),
         verdicts=_verdicts(records),
         marks=content["marks"],
-        jitter=jitter_picture(records),
+        jitter=content["figures"][0],
         metrics=metrics_table(records),
         compared=not of_one_fleet(records),
         parameters=parameter_tables(records),
@@ -132,6 +134,7 @@ def _content(records: Sequence[Record], overlaid: Sequence[Overlay], hull: Hull)
         "fences": [[[corner.real, corner.imag] for corner in ring] for ring in fences(records)],
         "stops": [_stop(payload, each) for each in stops(records)],
         "marks": _marks(records),
+        "figures": [figures.jitter(records)],
     }
     return content, payload.text()
 
@@ -140,29 +143,18 @@ def _panel(payload: Payload, overlay: Overlay, alone: bool) -> dict[str, Any]:
     """A panel as chart.js expects it, every line with its label and colour."""
     panel = overlay.panel
     lines = [
-        {**payload.line(owned.line), "label": owned.label, "colour": line_colour(owned.run, owned.line.role, alone)}
-        for owned in overlay.lines
+        {**payload.line(owned.line), "label": owned.label, **look(owned.run, owned.line.role, alone)} for owned in overlay.lines
     ]
-    return {
-        "title": panel.title,
-        "unit": panel.unit,
-        "limits": [limit._asdict() for limit in panel.limits],
-        "step": panel.step,
-        "help": panel.help,
-        "lines": lines,
-    }
+    dashes = cycle(LIMIT_DASHES)
+    limits = [{**limit._asdict(), "dash": dash} for limit, dash in zip(panel.limits, dashes, strict=False)]
+    return {"title": panel.title, "unit": panel.unit, "limits": limits, "step": panel.step, "help": panel.help, "lines": lines}
 
 
 def _track(payload: Payload, track: Track, alone: bool) -> dict[str, Any]:
     """A ship or a reference as map.js expects it."""
-    colour = line_colour(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
-    return {
-        **payload.poses(track.time, track.poses),
-        "role": track.role,
-        "run": track.run,
-        "label": track.label,
-        "colour": colour,
-    }
+    shown = {"role": track.role, "run": track.run, "label": track.label}
+    drawn = look(track.run, DESIRED if track.role == REFERENCE else MAIN, alone)
+    return {**payload.poses(track.time, track.poses), **shown, "colour": drawn["colour"]}
 
 
 def _plan(payload: Payload, plan: Plan) -> dict[str, Any]:
@@ -344,8 +336,6 @@ def write_files(records: Sequence[Record], options: Options) -> WrittenFiles:
     title = options.title or " · ".join([*(record.name for record in records), *_ships(records)])
     write(files["page"], records, title, options.hull.of(hull_of(records)), options.notes)
     if options.figures:
-        from vessel_hsmc_ros.report import figures  # matplotlib takes a while to load
-
         files["figures"] = files["page"].parent / f"{prefix}figures"
         figures.draw(records, files["figures"], options.figures)
     for kind, export_run in (("csv", write_csv), ("parquet", write_parquet)):

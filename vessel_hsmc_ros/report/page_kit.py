@@ -164,7 +164,7 @@ class Payload:
         """Add one line of a panel, thinned to extremes."""
         chosen, time = self._time(line.time)
         values = self.add(thin(np.asarray(line.values, dtype=float), chosen))
-        return {"role": line.role, "time": time, "values": values, "bucket": chosen.size}
+        return {"time": time, "values": values, "bucket": chosen.size}
 
     def poses(self, time: Array, poses: Array) -> dict[str, Any]:
         """Add a track: positions relative to their centre, so that 32 bits are sufficient, and the unwrapped heading.

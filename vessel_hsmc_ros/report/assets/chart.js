@@ -1,7 +1,6 @@
 // One diagram over time: a Plotly figure with its legend, its limits and the events of the run.
 
 const HEIGHT = 196;
-const WIDTHS = { main: 1.6, desired: 1.4, other: 1.4, third: 1.4, measured: 0.8 };
 
 class Chart {
   constructor(panel, element, clock, colours, marks) {
@@ -71,8 +70,8 @@ class Chart {
       name: line.label,
       line: {
         color: this.colours(line.colour),
-        dash: DASHES[line.role],
-        width: WIDTHS[line.role],
+        dash: line.dash,
+        width: line.width,
         shape: this.panel.step ? "hv" : "linear",
         simplify: false,
       },
@@ -116,7 +115,7 @@ class Chart {
   // The limits within a range as lines, and their names at the upper ones; names that would overlap share a line.
   limits([low, high]) {
     const colour = this.colours("--limit");
-    const shapes = this.panel.limits.flatMap(({ value }, i) =>
+    const shapes = this.panel.limits.flatMap(({ value, dash }) =>
       [-value, value].filter((y) => y >= low && y <= high).map((y) => ({
         type: "line",
         xref: "paper",
@@ -124,7 +123,7 @@ class Chart {
         x1: 1,
         y0: y,
         y1: y,
-        line: { color: colour, width: 1.2, dash: LIMIT_DASHES[i % LIMIT_DASHES.length] },
+        line: { color: colour, width: 1.2, dash },
       })),
     );
     const annotations = [];

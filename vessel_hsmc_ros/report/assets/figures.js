@@ -1,4 +1,5 @@
-// Draws the complete figures of a page into their places, in the present theme; returns the content of the page.
+// Draws the complete figures of a page into their places, in the present theme; returns the content of the page, and what is
+// called, with the colours, when the theme changes.
 // A place names its figure by keys, such as "map 0".
 async function drawFigures() {
   const content = JSON.parse(document.getElementById("content").textContent);
@@ -10,8 +11,9 @@ async function drawFigures() {
   const figureOf = (place) => place.split(" ").reduce((part, key) => part[key], content.figures);
   const drawAll = () => places.forEach((element) => draw(figureOf(element.dataset.figure), element, colours));
   drawAll();
-  listenToTheme(colours, drawAll);
-  return { content, places };
+  const redraws = [drawAll];
+  listenToTheme(colours, () => redraws.forEach((redraw) => redraw()));
+  return { content, places, colours, redraws };
 }
 
 function showTrouble(error) {

@@ -1,14 +1,12 @@
 // The legend of a diagram: its lines with their values at the slider's time, and its limits.
 
-const DASHES = { main: "solid", desired: "6px,4px", other: "2px,2px", third: "8px,3px,2px,3px", measured: "solid" };
-const LIMIT_DASHES = ["6px,3px", "2px,3px", "8px,3px,2px,3px"];
 const KEY = '<svg width="22" height="8" aria-hidden="true"><line x1="0" x2="22" y1="4" y2="4"/></svg><span></span>';
 
 class Legend {
   constructor(panel, list, onChange) {
     Object.assign(this, { panel, hidden: new Set() });
     this.outputs = panel.lines.map((line, i) => {
-      const item = entry("button", line.label, DASHES[line.role], line.colour);
+      const item = entry("button", line.label, line.dash, line.colour);
       item.type = "button";
       item.title = "show or hide";
       item.setAttribute("aria-pressed", "true");
@@ -21,8 +19,8 @@ class Legend {
       list.append(item);
       return output;
     });
-    panel.limits.forEach(({ value, name }, i) => {
-      const item = entry("span", `${name} limit ±${quantity(value, panel.unit)}`, LIMIT_DASHES[i % LIMIT_DASHES.length], "--limit");
+    panel.limits.forEach(({ value, name, dash }) => {
+      const item = entry("span", `${name} limit ±${quantity(value, panel.unit)}`, dash, "--limit");
       item.className = "limit";
       list.append(item);
     });

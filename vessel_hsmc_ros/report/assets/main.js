@@ -75,14 +75,10 @@ function unpackAll(content, bytes) {
 }
 
 async function main() {
-  const content = JSON.parse(document.getElementById("content").textContent);
-  const library = document.createElement("script");
-  library.textContent = new TextDecoder().decode(await inflate("library"));
-  document.head.append(library);
+  const { content, colours, redraws } = await drawFigures();
   unpackAll(content, await inflate("numbers"));
 
   const clock = new Clock(content.begin, content.end);
-  const colours = makeColours();
   const charts = makeCharts(content, clock, colours);
   const map = new ShipMap(content, clock, colours);
   const player = new Player(clock);
@@ -90,7 +86,7 @@ async function main() {
   listenToParameters();
   listenToEvents(content.marks, clock);
   listenToMenus();
-  listenToTheme(colours, () => {
+  redraws.push(() => {
     redraw(charts);
     map.draw();
   });
@@ -99,7 +95,4 @@ async function main() {
   document.documentElement.dataset.ready = "";
 }
 
-main().catch((error) => {
-  document.getElementById("trouble").hidden = false;
-  throw error;
-});
+main().catch(showTrouble);

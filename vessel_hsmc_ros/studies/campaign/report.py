@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import scaled
 from vessel_hsmc_ros.report import page_kit
-from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, numbers, points, run_colour, spans
+from vessel_hsmc_ros.report.diagrams import Axis, Figure, draw, layout, line, moment, numbers, points, run_colour, spans
 from vessel_hsmc_ros.report.tables import METRICS, label
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, opened, write_sweep_rows
@@ -199,10 +199,9 @@ def _limit(axis: Axis, limit: float | None, factor: float) -> Figure:
     if limit is None:
         return {}
     place = factor * limit
-    look = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "--limit", "width": 1.5, "dash": "dash"}}
     name = {"yref": "paper", "y": 1, "yanchor": "bottom", "text": "limit", "showarrow": False}
     note = {**name, "x": math.log10(place) if axis.logarithmic else place, "font": {"color": "--limit", "size": 11}}
-    return {"shapes": [{**look, "x0": place, "x1": place}], "annotations": [note]}
+    return {"shapes": [moment(place, name="limit")], "annotations": [note]}
 
 
 def _bars(results: Results, law: str, entries: Sequence[Influence]) -> Figure:
