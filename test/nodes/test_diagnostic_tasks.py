@@ -13,8 +13,8 @@ import pytest
 from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.safety.monitors import Alarm, Bias
 from vessel_hsmc_ros.control.safety.parameters import Reason
-from vessel_hsmc_ros.nodes import controller_output, reporting
-from vessel_hsmc_ros.nodes.controller_output import ControlDiagnostics, correlation_condition, monitors
+from vessel_hsmc_ros.nodes import controller_diagnostics, reporting
+from vessel_hsmc_ros.nodes.controller_diagnostics import ControlDiagnostics, correlation_condition, monitors
 from vessel_hsmc_ros.nodes.reporting import ERROR, OK, STALE, WARN, DiagnosticTask
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameter_groups import DiagnosticsParameters
@@ -143,12 +143,12 @@ def test_the_condition_of_a_covariance_does_not_depend_on_units_and_is_infinite_
 
 
 def test_a_compass_that_is_to_be_corrected_is_a_warning_with_its_angle() -> None:
-    turned = controller_output.compass(Bias(-0.21, 0.017, lost=False))
+    turned = controller_diagnostics.compass(Bias(-0.21, 0.017, lost=False))
     assert (turned.level, turned.message) == (WARN, "the compass reads 12 deg to the right, +-2 deg")
     for bias, level in (
         (Bias(0.05, 0.01, lost=False), OK),
         (Bias(0.3, 0.1, lost=False), OK),
         (Bias(0.0, math.inf, lost=True), WARN),
     ):
-        assert controller_output.compass(bias).level == level
-    assert controller_output.compass(None).level == OK
+        assert controller_diagnostics.compass(bias).level == level
+    assert controller_diagnostics.compass(None).level == OK

@@ -19,8 +19,8 @@ from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import controller_timing
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.controller import ControllerNode
+from vessel_hsmc_ros.nodes.controller_diagnostics import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs
-from vessel_hsmc_ros.nodes.controller_output import ControlDiagnostics
 from vessel_hsmc_ros.nodes.controller_timing import RealTime
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.control import make_control_loop

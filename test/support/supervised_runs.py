@@ -20,7 +20,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion, as_acceleratio
 from vessel_hsmc_ros.core.metrics import Published
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.nodes.controller_output import CONDITION_LIMIT, correlation_condition
+from vessel_hsmc_ros.nodes.controller_diagnostics import CONDITION_LIMIT, correlation_condition
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law

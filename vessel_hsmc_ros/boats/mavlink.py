@@ -90,7 +90,7 @@ class MavlinkNode(PassingNode):
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
         self._commands = Commands(self, self._link, self._sticks)
-        self._input = self._commands.wrench
+        self._input = self._commands.input
         self._takeover = Takeover(self, self._handover, self._give_back, self._sticks.rest)
         self._latch = StopLatch(self, "the output", self._give_back)
 

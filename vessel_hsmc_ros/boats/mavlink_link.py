@@ -1,10 +1,8 @@
 """A MAVLink connection to one autopilot: its messages alone, what is sent to it, and the commands of each form."""
 
-import math
 import os
 import time
 from collections.abc import Iterator, Mapping
-from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import TwistStamped, WrenchStamped
@@ -17,7 +15,7 @@ from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import VesselNode
-from vessel_hsmc_ros.nodes.commands import CommandInput, finite
+from vessel_hsmc_ros.nodes.commands import CommandInput, UnstampedInput, finite
 
 MOST_MESSAGES = 500  # messages that are read at a time: a flood must not keep the node from its other work
 AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
@@ -128,61 +126,39 @@ class Commands:
     """The commands of one form: the latest one, and its message.
 
     manual has the shares of force and moment, channels that of each thruster, and guided the share of the cruise speed and the
-    yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio. `wrench`: the input of manual.
+    yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio.
     """
 
     def __init__(self, node: VesselNode, link: Link, sticks: Sticks) -> None:
         p = node.parameters
         self._node, self._link, self._sticks, self._refuse = node, link, sticks, node.refuse
         self._pulses = Pulses(*p.pulses)
-        self._thrusters = p.vessel.thrusters.thrusters()
-        self._thrusts: dict[int, tuple[float, float]] = {}
-        self._twist: tuple[float, tuple[float, float]] = -math.inf, (0.0, 0.0)
-        self._shared: tuple[str, ...] = ()  # topics of commands that do not name their publisher
-        self.wrench: Any = None  # a CommandInput
+        self._thrusters = p.vessel.thrusters.thrusters() if p.form == "channels" else []
+        self.nothing: Shares = (0.0,) * (len(self._thrusters) or 2)
+        self.input: Any  # a CommandInput or an UnstampedInput
         if p.form == "manual":
-            self.wrench = CommandInput(node, "cmd_wrench", p.command_timeout)
-            node.listen(WrenchStamped, "cmd_wrench", self.wrench.take, qos.NEWEST)
+            self.input = CommandInput(node, "cmd_wrench", p.command_timeout)
+            node.listen(WrenchStamped, "cmd_wrench", self.input.take, qos.NEWEST)
         elif p.form == "guided":
-            node.listen(TwistStamped, "cmd_vel", self._on_velocity, qos.NEWEST)
-            self._shared = ("cmd_vel",)
-        for topic, index, _ in p.vessel.thrusters.topics() if p.form == "channels" else ():
-            node.listen(Float64, topic, partial(self._on_thrust, index), qos.NEWEST)
-            self._shared += (topic,)
-        self.nothing: Shares = (0.0,) * (len(p.channels) if p.form == "channels" else 2)
-
-    def _on_velocity(self, message: TwistStamped) -> None:
-        pair = message.twist.linear.x, message.twist.angular.z
-        if all(map(math.isfinite, pair)):
-            self._twist = time.monotonic(), pair
+            self.input = UnstampedInput(
+                node, TwistStamped, ["cmd_vel"], p.command_timeout, lambda m: (m.twist.linear.x, m.twist.angular.z)
+            )
         else:
-            self._refuse(f"cmd_vel must be finite numbers (got {pair})")
-
-    def _on_thrust(self, index: int, message: Float64) -> None:
-        if math.isfinite(message.data):
-            self._thrusts[index] = time.monotonic(), message.data
-        else:
-            self._refuse(f"thrust must be a finite number (got {message.data})")
+            topics = [f"thrusters/{thruster.name}/thrust" for thruster in self._thrusters]
+            self.input = UnstampedInput(node, Float64, topics, p.command_timeout)
 
     def present(self) -> Shares | None:
         """The command that holds now; None if there is none."""
-        p = self._node.parameters
-        limit = time.monotonic() - p.command_timeout
-        if self.wrench is not None:
-            wrench = self.wrench.present()
-            return wrench and (clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0))
-        if conflict := self._node.connections.shared(*self._shared):
-            self._refuse(f"{conflict}. No command of theirs is taken")
+        p, values = self._node.parameters, self.input.present()
+        if values is None:
             return None
+        if p.form == "manual":
+            return clip(values[0] / p.surge_force_limit, 1.0), clip(values[1] / p.yaw_moment_limit, 1.0)
         if p.form == "guided":
-            at, (u, r) = self._twist
-            return (clip(u / p.cruise_speed, 1.0), r) if at > limit else None
-        given = [self._thrusts.get(i, (-math.inf, 0.0)) for i in range(len(self._thrusters))]
-        if any(at <= limit for at, _ in given):
-            return None
+            return clip(values[0] / p.cruise_speed, 1.0), values[1]
         return tuple(
             clip(thrust / ((t.thrust_ahead if thrust > 0.0 else t.thrust_astern) or t.thrust_ahead), 1.0)
-            for t, (_, thrust) in zip(self._thrusters, given, strict=True)
+            for t, thrust in zip(self._thrusters, values, strict=True)
         )
 
     def send(self, command: Shares) -> None:

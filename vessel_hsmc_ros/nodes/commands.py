@@ -4,6 +4,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
@@ -13,6 +14,7 @@ from vessel_hsmc_ros.control.safety.samples import Freshness, Sample
 from vessel_hsmc_ros.core.exceptions import SimulationError
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -160,3 +162,70 @@ def nothing(stamp: int) -> WrenchStamped:
     message.header.frame_id = ""
     conversions.write_wrench(message, conversions.time_message(stamp), (math.nan, math.nan))
     return message
+
+
+class UnstampedInput:
+    """The latest numbers on some topics, such as the thrust of each thruster, whose age counts from their receipt.
+
+    The clock is the steady one. `topics`: of messages of one kind. `timeout`: age from which on a message does not count, s.
+    `read`: the numbers of a message.
+    """
+
+    def __init__(
+        self,
+        node: VesselNode,
+        kind: Any,
+        topics: Sequence[str],
+        timeout: float,
+        read: Callable[[Any], tuple[float, ...]] = lambda message: (message.data,),
+    ) -> None:
+        self._node, self._timeout, self._read = node, timeout, read
+        self._latest: dict[str, tuple[tuple[float, ...], float]] = dict.fromkeys(topics, ((), -math.inf))
+        self._problem = RecentProblem()
+        self._taken = self._refused = 0
+        for topic in topics:
+            node.listen(kind, topic, partial(self.take, topic), qos.NEWEST)
+
+    def take(self, topic: str, message: Any) -> None:
+        """Take the numbers of a message, if they are finite and of the one publisher."""
+        numbers, wrong = self._read(message), self._conflict()
+        if not all(map(math.isfinite, numbers)):
+            wrong = f"{self._node.resolve_topic_name(topic)} must be finite (got {', '.join(map(str, numbers))})"
+        if wrong:
+            self._refused += 1
+            self._problem.report(WARN, f"{wrong}; ignored")
+            self._node.get_logger().error(f"{wrong}; ignored", throttle_duration_sec=1.0)
+            return
+        self._taken += 1
+        self._latest[topic] = numbers, time.monotonic()
+
+    def present(self) -> tuple[float, ...] | None:
+        """The numbers that hold now, in the order of the topics; None if a topic is silent, or has two publishers."""
+        if self._conflict() or self._overdue():
+            return None
+        return tuple(number for numbers, _ in self._latest.values() for number in numbers)
+
+    def retune(self, timeout: float) -> None:
+        """Take a changed time-out, s."""
+        self._timeout = timeout
+
+    def problem(self) -> tuple[bytes, str] | None:
+        """Level and text of what is wrong at present; None if nothing is."""
+        if conflict := self._conflict():
+            return ERROR, f"{conflict}. No command of theirs is taken"
+        if self._problem.current:
+            return self._problem.current
+        if topic := self._overdue():
+            return WARN, f"{NO_COMMAND} {self._node.resolve_topic_name(topic)}"
+        return None
+
+    def values(self) -> dict[str, Any]:
+        """Numbers of taken and refused messages, for the diagnostics."""
+        return {"taken": self._taken, "refused": self._refused}
+
+    def _overdue(self) -> str:
+        oldest = time.monotonic() - self._timeout
+        return next((topic for topic, (_, received) in self._latest.items() if received < oldest), "")
+
+    def _conflict(self) -> str:
+        return self._node.connections.shared(*self._latest)

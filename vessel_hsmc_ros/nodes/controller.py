@@ -1,20 +1,34 @@
 """The controller node: runs a control law at a fixed rate on ROS time, and commands what its supervision allows."""
 
+import time
 from collections import Counter
 from typing import Any
 
+from geometry_msgs.msg import WrenchStamped
+from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
-from vessel_hsmc_msgs.msg import ReferenceState
+from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
+from vessel_hsmc_ros.control.interface.actuators import described
+from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.laws.hierarchical_parameters import sway_warning
+from vessel_hsmc_ros.control.safety.monitors import Alarm
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
+from vessel_hsmc_ros.control.safety.samples import hull_problem
 from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
+from vessel_hsmc_ros.core.timing import seconds
+from vessel_hsmc_ros.messages import conversions
+from vessel_hsmc_ros.messages.conversions import Outgoing
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, DiagnosticTask
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
+from vessel_hsmc_ros.nodes.black_box import installed
+from vessel_hsmc_ros.nodes.connections import Publishers
+from vessel_hsmc_ros.nodes.controller_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
 from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference
-from vessel_hsmc_ros.nodes.controller_output import CommandingNode, ControlDiagnostics, guard_task, operation_status
 from vessel_hsmc_ros.nodes.controller_timing import Lockstep, RealTime, RideThrough, Timing
+from vessel_hsmc_ros.nodes.managed import ManagedNode
+from vessel_hsmc_ros.nodes.reporting import RecentProblem
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
@@ -25,7 +39,7 @@ CHECK_PERIODS = {"lockstep": 0.4, "real time": 1.5}
 """Time between two checks of the inputs, s: in lockstep two of them take less than the plant's command_timeout."""
 
 
-class ControllerNode(CommandingNode):
+class ControllerNode(ManagedNode):
     """Computes the wrench command from odometry and reference.
 
     Lockstep: every odometry message is answered by a command with the stamp of its step; that of late odometry is older.
@@ -43,15 +57,25 @@ class ControllerNode(CommandingNode):
     """
     OPTIONS = " [--law-file FILE]..."
     take_options = staticmethod(load_named_files)
+    FIXED = frozenset(
+        {"lockstep", "rate_hz", "recorded", "frame_prefix", "odometry", "observer.enabled"}
+        | {"black_box", "ride_through", "autostart"}
+    )
 
     def __init__(self, **options: Any) -> None:
         self.PARAMETERS = NODES[self.NAME]  # not of the class: files may add laws after its definition
         super().__init__(**options)
         p = self.parameters
+        self._make_loop()
+        self.stamp = -1  # an event before step 0 takes effect at step 0
+        self.clock_problem, self._clock_step = "", RecentProblem()  # of a simulated clock, which has not begun or stands still
+        self._begun, self._zeros = not (p.autostart or p.lockstep), LAST_COMMANDS
+        self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
+        self.black_box = installed(self, p.black_box, self.now)
+        self._create_topics(p.lockstep)
         self._steps: Timing = (RideThrough if p.ride_through else Lockstep)(self) if p.lockstep else RealTime(self)
-        self._outdated = False
         newest = qos.newest(p.lockstep)
-        self._state_input = listen_to_state(self, lambda measured: self._steps.take_odometry(measured), newest)
+        listen_to_state(self, self._steps.take_odometry, newest)
         self.listen(ReferenceState, "reference", lambda message: self._steps.take_reference(read_reference(message)), newest)
         self.reporter.offer("reset", self._reset)
         self.manage(p.autostart or p.lockstep)
@@ -60,6 +84,19 @@ class ControllerNode(CommandingNode):
         else:
             self.loop.supervision.standby()
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self.wall)
+
+    def _make_loop(self) -> None:
+        """Make the control loop, and what goes with it, of the present parameters."""
+        p = self.parameters
+        self.loop = make_control_loop(p)
+        self.inputs = ControllerInputs(self, self.loop)
+        self.health = ControlDiagnostics(self.loop, p.lockstep)
+        self._alarms: dict[Reason, Alarm] = {}
+        self._violations: Counter[Reason] = Counter()
+        self._known = self.loop.law.known
+        # In lockstep the plant is simulated, where nothing breaks.
+        self._unfit = "" if p.lockstep else self.missed or hull_problem(p.vessel, self.given)
+        self._outdated = False
 
     def describe(self) -> str:
         """The law and its rate."""
@@ -92,16 +129,12 @@ class ControllerNode(CommandingNode):
         """Make the control loop anew where parameters have been set since it was made; a stop stays latched."""
         if not self._outdated:
             return
-        p, stopped = self.parameters, self.loop.supervision.operation is Operation.STOPPED
-        self.loop = make_control_loop(p)
+        stopped = self.loop.supervision.operation is Operation.STOPPED
+        self._make_loop()
         self.loop.supervision.standby()
         if stopped:
             self.loop.supervision.stop()
-        self.inputs = ControllerInputs(self, self.loop)
-        self.health = ControlDiagnostics(self.loop, p.lockstep)
-        self._known, self._alarms, self._violations = self.loop.law.known, {}, Counter()
         self._steps.renewed()
-        self._outdated, self._unfit = False, self._why_unfit()
         self.get_logger().info(f"configured: {self.describe()}")
 
     def begin(self) -> None:
@@ -188,3 +221,103 @@ class ControllerNode(CommandingNode):
         """The node as a whole, its inputs, its output guard, and the health of law and timing."""
         guard, health = guard_task(self.loop.supervision), self.health.diagnostic_tasks(self.parameters.diagnostics)
         return [*super().diagnostic_tasks(), *self.inputs.diagnostic_tasks(), guard, *health]
+
+    # -- what is published -----------------------------------------------------------------------------------------
+
+    def _create_topics(self, lockstep: bool) -> None:
+        profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
+        self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
+        self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
+        if lockstep:
+            self.connections.allow_one_publisher("cmd_wrench")
+        self._state_out = self.advertise(ControlState, "~/state", profile)
+        if self.loop.observer:
+            self._estimate_out = self.advertise(Odometry, "~/estimate", profile)
+            self._estimate = Outgoing(self.framed(conversions.new_odometry()), conversions.ODOMETRY)
+        self._command = Outgoing(self.framed(conversions.new_wrench()), conversions.WRENCH)
+        self._state = Outgoing(self.framed(conversions.new_control_state()), conversions.CONTROL_STATE)
+
+    @property
+    def computes(self) -> bool:
+        """Whether the law is stepped, for its command or its terms."""
+        return self.lifecycle in ("active", "inactive")
+
+    @property
+    def starts(self) -> bool:
+        """Whether the law is still to begin by itself, in real time."""
+        p = self.parameters
+        return bool(p.start_enabled and not (self._begun or p.lockstep or self._unfit))
+
+    def has_consumer(self) -> bool:
+        """Whether a node takes the command."""
+        return bool(self._command_out.get_subscription_count() > self._commanding.watching)
+
+    def second_publisher(self) -> bool:
+        """Whether another node commands as well."""
+        return self._commanding.count() > 1
+
+    @property
+    def second_command(self) -> str:
+        """That another node commands as well, and which."""
+        topic = self.resolve_topic_name("cmd_wrench")
+        return f"{Reason.SECOND_PUBLISHER.text}, on {topic}: {self._commanding.others()}"
+
+    def publish_command(self, stamp: int) -> None:
+        """Publish the present command, with the time of a step, ns; in real time and standby, nothing after some zeros."""
+        self.stamp = stamp
+        operation = self.loop.supervision.operation
+        if operation is Operation.STANDBY and not self.parameters.lockstep:
+            if self._zeros >= LAST_COMMANDS:
+                return
+            self._zeros += 1
+        else:
+            self._zeros = 0
+        self.send(self._command_out, self._command(stamp, self.loop.wrench))
+
+    def publish_period(self, stamp: int, terms: Terms | None, began: int) -> None:
+        """Publish the command first, because the plant waits for it; then the state of the control period.
+
+        `began`: when the computation of the law began, by the steady clock, ns; also on simulated time.
+        """
+        taken = self._compute_time = seconds(time.monotonic_ns() - began)
+        self._compute_time_max = max(self._compute_time_max, taken)
+        self.publish_command(stamp)
+        if terms is not None:
+            self._updates += 1
+            self.health.stepped(terms)
+            self._report_alarms()
+            self._report_actuators()
+        loop = self.loop
+        state = terms or Terms(), int(loop.supervision.operation), int(loop.supervision.reason), taken, loop.missed_periods
+        self.send(self._state_out, self._state(stamp, *state))
+        if terms is not None and self.loop.estimate is not None:
+            self.send(self._estimate_out, self._estimate(stamp, self.loop.estimate))
+
+    def _report_alarms(self) -> None:
+        """Log each monitor that begins to warn or to demand the safe action, and what it or the output guard has found."""
+        for monitor in self.loop.watch.monitors if self.loop.watch else ():
+            if monitor.alarm > self._alarms.get(monitor.reason, Alarm.OK):
+                text = ": ".join(filter(None, (monitor.reason.text, monitor.detail)))
+                if monitor.alarm is Alarm.SAFE:
+                    self.get_logger().error(f"{text}; {self.loop.supervision.consequence}")
+                    if monitor.reason is Reason.FENCE and self.loop.enabled:
+                        self.reporter.event("fence", monitor.detail)
+                else:  # rclpy gives each line of code one severity
+                    self.get_logger().warning(text)
+            self._alarms[monitor.reason] = monitor.alarm
+        if (violations := self.loop.supervision.violations) and violations != self._violations:
+            for reason in violations - self._violations:
+                self.get_logger().error(f"{reason.text}: the safe action is commanded", throttle_duration_sec=WARNING_PERIOD)
+            self._violations = violations.copy()
+
+    def _report_actuators(self) -> None:
+        """Log the actuators that the law takes the ship to have, where it has found other ones than the declared."""
+        if (known := self.loop.law.known) is not self._known:
+            self._known = known
+            if known is not self.loop.law.vessel:
+                self.get_logger().info(f"identified actuators of the yaw moment: {described(known)}; gains adapted")
+
+    def report_clock(self, reason: Reason, problem: str) -> None:
+        """Report a step of the clock."""
+        self._clock_step.report(LEVELS[reason.level], problem)
+        self.get_logger().warning(problem)

@@ -360,19 +360,15 @@ class ControllerInputs:
 POSES = {"pose_twist": PoseStamped, "pose_covariance_twist": PoseWithCovarianceStamped}
 
 
-def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile: QoSProfile) -> "PoseAndTwist | None":
-    """Subscribe to the measured motion in the form of the parameter `odometry.form`.
-
-    `take`: called with each measurement. Returns what joins two topics; None with odometry, which is whole.
-    """
+def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile: QoSProfile) -> None:
+    """Subscribe to the measured motion in the form of the parameter `odometry.form`; `take` is called with each measurement."""
     p = node.parameters.odometry
     if p.form == "odometry":
         node.listen(Odometry, "odom", lambda message: take(read_odometry(message, p.twist_frame)), profile)
-        return None
+        return
     joined = PoseAndTwist(node, take)
     node.listen(POSES[p.form], "pose", joined.take_pose, profile)
     node.listen(TwistStamped, "twist", joined.take_twist, profile)
-    return joined
 
 
 class PoseAndTwist:

@@ -16,16 +16,15 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import WARNING_PERIOD, VesselNode
 from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured
-from vessel_hsmc_ros.nodes.controller_output import CommandingNode
 
 if TYPE_CHECKING:
     from rclpy.timer import Timer
 
 
 class Timing(ABC):
-    """When the law runs, and on which inputs."""
+    """When the law runs, and on which inputs. `node`: the controller, a `ControllerNode`."""
 
-    def __init__(self, node: CommandingNode) -> None:
+    def __init__(self, node: Any) -> None:
         self._node = node
 
     @abstractmethod
@@ -139,7 +138,7 @@ class Lockstep(Timing):
     The law runs at the start of each control period, and its wrench is held (zero-order hold) for the odometry in between.
     """
 
-    def __init__(self, node: CommandingNode) -> None:
+    def __init__(self, node: Any) -> None:
         super().__init__(node)
         self._odometry: Measured | None = None
         self._unanswered = 0
@@ -207,7 +206,7 @@ class RideThrough(Timing):
     The step is that of /clock. A message without a frame announces that there is nothing of the step of its stamp.
     """
 
-    def __init__(self, node: CommandingNode) -> None:
+    def __init__(self, node: Any) -> None:
         super().__init__(node)
         self._odometry, self._references = StepQueue(), StepQueue()
         self._steps = StepClock(node, self.start)
@@ -260,7 +259,7 @@ STANDING = "/clock stands still: nothing is computed or commanded until it goes 
 class RealTime(Timing):
     """Runs the law half a period after the odometry, with the reference extrapolated to the stamp of the odometry."""
 
-    def __init__(self, node: CommandingNode) -> None:
+    def __init__(self, node: Any) -> None:
         super().__init__(node)
         self._simulated = bool(node.get_parameter("use_sim_time").value)
         self._origin = 0
@@ -294,7 +293,8 @@ class RealTime(Timing):
 
     def overdue(self) -> tuple[str, Reason] | None:
         """The input that is overdue at this instant, and why."""
-        return self._node.inputs.monitor.overdue(self._node.now(), self.received())
+        found: tuple[str, Reason] | None = self._node.inputs.monitor.overdue(self._node.now(), self.received())
+        return found
 
     def ready(self) -> Reason:
         """What is missing before the law may command; NONE if nothing is."""

@@ -51,7 +51,7 @@ class Drive(SteppedNode):
             if self.form == "pwm":
                 for name, thrust in {"left": 40.0, "right": -20.0}.items():
                     if self.silent not in (name, "all"):
-                        self.node._input._take(f"thrusters/{name}/thrust", Float64(data=thrust))
+                        self.node._input.take(f"thrusters/{name}/thrust", Float64(data=thrust))
             else:
                 if self.silent not in ("command", "all"):
                     self.node._on_command(self.wrench(100.0, -25.0))

@@ -26,7 +26,7 @@ from recorded_link import Recording
 from vessel_hsmc_ros.boats import mavlink, mavlink_link
 from vessel_hsmc_ros.boats.mavlink import MavlinkNode
 from vessel_hsmc_ros.boats.mavlink_link import Link
-from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
+from vessel_hsmc_ros.nodes.base import ERROR, LAST_COMMANDS
 
 STANDBY, ACTIVE, SAFE, STOPPED = ControlState.STANDBY, ControlState.ACTIVE, ControlState.SAFE, ControlState.STOPPED
 PERIOD, RAMP, TIMEOUT = 0.04, 0.4, 0.3
@@ -91,7 +91,7 @@ class Boat(SteppedNode):
         self.node._poll()
         self.node._takeover._on_state(ControlState(operation=given.operation))
         if given.command:
-            self.node._commands.wrench.take(self.command_of(given.command, 100.0, -25.0))
+            self.node._commands.input.take(self.command_of(given.command, 100.0, -25.0))
         self.node._on_timer()
         sent = [each for each in self.link.sent[count:] if each[0] == "manual"]
         return float(sent[-1][2]) / FULL["manual"][2] if sent else 0.0  # type: ignore[operator]
@@ -99,14 +99,14 @@ class Boat(SteppedNode):
     def command(self) -> None:
         commands = self.node._commands
         if self.form == "manual" and self.silent != "all":
-            commands.wrench.take(self.wrench(100.0, -25.0))
+            commands.input.take(self.wrench(100.0, -25.0))
         elif self.form == "guided" and self.silent != "all":
             twist = TwistStamped()
             twist.twist.linear.x, twist.twist.angular.z = 1.0, -0.2
-            commands._on_velocity(twist)
-        for index, (name, thrust) in enumerate({"left": 50.0, "right": -25.0}.items()):
+            commands.input.take("cmd_vel", twist)
+        for name, thrust in {"left": 50.0, "right": -25.0}.items():
             if self.form == "channels" and self.silent not in (name, "all"):
-                commands._on_thrust(index, Float64(data=thrust))
+                commands.input.take(f"thrusters/{name}/thrust", Float64(data=thrust))
 
     def driven(self) -> "Boat":
         """The same while it carries out its commands."""
@@ -133,7 +133,9 @@ def test_commands_of_two_publishers_are_not_mixed(boat: Any, form: str, monkeypa
     topic = "/cmd_vel" if form == "guided" else "/thrusters/right/thrust"
     monkeypatch.setattr(made.node, "count_publishers", lambda name: 1 + (name == topic))
     assert made.step(ACTIVE, 10)[0] == ZERO[form]
-    assert f"{topic} has 2 publishers and may have one" in made.node.status()[1]
+    (task,) = [task for task in made.node.diagnostic_tasks() if task.name == "command"]
+    assert task.level == ERROR
+    assert f"{topic} has 2 publishers and may have one" in task.message
 
 
 @pytest.mark.parametrize("form", FULL)
