@@ -72,15 +72,17 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 # Three processes share the tests file by file, because fixtures live as long as their file: on two cores one works while others
 # wait for nodes. Each has a ROS domain of its own.
 # One that ends, by a crash or because a test hangs, ends the run: what is left would not be scheduled.
-test: tools laws definitions  ## run all tests but the long ones
-	@$(BIN)/python -m pytest -m 'not long' --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+SHARED := --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+test: tools laws definitions  ## run all tests but the long ones, some seven minutes
+	@$(BIN)/python -m pytest -m 'not long and not alone' $(SHARED)
 
-test-long: tools laws  ## run the long tests: builds by pip and by colcon; demo, soak, tutorial; further parameters of costly tests
-	@$(BIN)/python -m pytest -m long
+test-long: tools laws definitions  ## run the long tests: builds by pip and colcon; demo, soak, tutorial; further parameters of costly tests
+	@$(BIN)/python -m pytest -m 'long and not alone' $(SHARED)
+	@$(BIN)/python -m pytest -m alone
 
 test-kilted:  ## run the tests of the nodes with ROS 2 Kilted, in an environment of its own in .venv-kilted
 	@$(MAKE) --no-print-directory VENV=.venv-kilted definitions
-	@.venv-kilted/bin/python -m pytest test/nodes --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
+	@.venv-kilted/bin/python -m pytest test/nodes $(SHARED)
 
 coverage: tools  ## measure the line and branch coverage of the tests that run in one process; fails below the floor
 	@$(BIN)/python -m pytest --quiet --cov --cov-report=term --ignore test/processes --ignore test/project

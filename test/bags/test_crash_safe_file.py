@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from bag_making import made_run, write_run
+from durations import rest_long
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.reader import NonSeekingReader, make_reader
@@ -82,7 +83,7 @@ def count_by_index(path: Path) -> int:
         return sum(1 for _ in reader.iter_messages())
 
 
-@pytest.mark.parametrize("compression", ["none", "zstd"])
+@pytest.mark.parametrize("compression", rest_long(["none", "zstd"]))
 def test_after_every_page_written_the_file_is_valid_and_has_no_fewer_messages_than_before(
     tmp_path: Path, calls: Calls, monkeypatch: pytest.MonkeyPatch, compression: str
 ) -> None:

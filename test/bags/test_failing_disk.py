@@ -120,6 +120,7 @@ def calls(tmp_path_factory: pytest.TempPathFactory) -> int:
     return disk.calls
 
 
+@pytest.mark.long
 @given(data=st.data(), count=st.sampled_from([1, 2, 10**9]), partly=st.booleans())
 @settings(max_examples=120, deadline=None)
 def test_whatever_write_fails_no_other_file_is_touched_no_loss_reported_as_success_and_what_was_flushed_is_read(

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from boat_bags import EPOCH, ODOMETRY, odometry, sailed, write_boat
+from durations import rest_long
 from mcap.writer import Writer
 
 from vessel_hsmc_ros.bags.reader import open_bag
@@ -46,9 +47,11 @@ def channel(kind: str, topic: str, count: int) -> Callable[[Writer], None]:
     return write
 
 
-@pytest.mark.parametrize("topic", ["/driver/status", "/diagnostics", "/events", "/driver/odom", "/path", "/parameter_events"])
-@pytest.mark.parametrize("count", [0, 5])
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "topic", rest_long(["/driver/status", "/diagnostics", "/events", "/driver/odom", "/path", "/parameter_events"])
+)
+@pytest.mark.parametrize("count", rest_long([0, 5]))
+@pytest.mark.parametrize("kind", rest_long(KINDS))
 def test_the_other_topics_are_read_whatever_a_foreign_channel_is(tmp_path: Path, kind: str, count: int, topic: str) -> None:
     path = write_boat(tmp_path / "bag" / "bag_0.mcap", rows(), extra=channel(kind, topic, count))
     bag = open_bag(path)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from bag_making import CLOCK, clock, topic, write_run
 from bag_making import write_clock as write
+from durations import rest_long
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
@@ -22,7 +23,7 @@ from vessel_hsmc_ros.bags.writer import BagWriter, Splitting
 from vessel_hsmc_ros.core.exceptions import BagError
 
 
-@pytest.mark.parametrize("compression", ["none", "zstd"])
+@pytest.mark.parametrize("compression", rest_long(["none", "zstd"]))
 def test_a_bag_cut_anywhere_is_repaired_up_to_its_last_complete_chunk(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compression: str
 ) -> None:
@@ -56,6 +57,7 @@ def test_a_bag_of_a_recorder_that_was_killed_at_once_is_empty_and_readable(tmp_p
         assert list(reader.messages()) == []
 
 
+@pytest.mark.long
 def test_a_recovered_bag_has_the_latest_notes(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "bag", splitting=Splitting(size=1), notes={"messages_dropped": "0"})
     write_run(None, 1, writer=writer, close=False)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from durations import rest_long
 from rosbags.highlevel import AnyReader
 
 from vessel_hsmc_ros.bags import run_to_bag
@@ -31,7 +32,7 @@ def written(folder: Path, name: str, **changes: object) -> tuple[Bag, ClosedLoop
     return open_bag(folder / "bag"), loop
 
 
-@pytest.mark.parametrize("name", ["case2_tracking", "realistic", "waypoints"])
+@pytest.mark.parametrize("name", rest_long(["case2_tracking", "realistic", "waypoints"], 2))
 def test_the_run_of_an_offline_bag_is_bit_identical_to_the_run(tmp_path: Path, name: str) -> None:
     bag, loop = written(tmp_path, name)
     read, run = bag.run(), loop.result()

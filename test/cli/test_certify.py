@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from click.testing import CliRunner
 
 from vessel_hsmc_ros.cli.command import cli
@@ -24,6 +25,7 @@ def certify(*arguments: str) -> str:
     )
 
 
+@pytest.mark.long
 def test_it_prints_conditions_bounds_and_limits() -> None:
     text = certify("case2_tracking", *SHORT)
     for part in ("under way", "at rest"):
@@ -32,6 +34,7 @@ def test_it_prints_conditions_bounds_and_limits() -> None:
         assert line in text
 
 
+@pytest.mark.long
 def test_in_calm_water_it_says_that_no_error_is_left_and_of_what_the_long_time_constant_is(tmp_path: Path) -> None:
     path = tmp_path / "boat.yaml"
     path.write_text(scenario_text("boat", MainData(length=3.0)))
@@ -54,12 +57,14 @@ def test_programs_get_bounds_conditions_and_limits_in_numbers() -> None:
     assert found["limits"]["turn"] is None
 
 
+@pytest.mark.long
 def test_what_the_bounds_do_not_cover_is_said() -> None:
     waves = "vessel_sim.disturbance.waves.significant_height=0.5"
     text = certify("case3_stabilisation", *SHORT, "--set", waves, "--set", "controller.observer.enabled=true")
     assert "the bounds do not cover the noise that the observer leaves and the waves" in text
 
 
+@pytest.mark.long
 def test_the_executable_names_the_condition_that_a_cybership_fails(tmp_path) -> None:
     path = tmp_path / "model.yaml"
     run = [sys.executable, "-m", "vessel_hsmc_ros.cli.main"]

@@ -72,6 +72,7 @@ def check(*arguments: object) -> Result:
     return CliRunner().invoke(cli, ["check", *map(str, arguments)], standalone_mode=False)
 
 
+@pytest.mark.long
 def test_a_bag_of_another_recorder_is_checked_under_the_names_of_its_stack(tmp_path: Path) -> None:
     write_circle(tmp_path / "bag")
     result = check(tmp_path / "bag", "--interface", "mavros")

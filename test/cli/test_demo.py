@@ -51,6 +51,7 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Demonstration:
     return Demonstration(demo(output, run_nodes), output, scenarios)
 
 
+@pytest.mark.long
 def test_three_laws_run_in_lockstep_on_the_same_scenario(demonstration: Demonstration) -> None:
     assert demonstration.result.exit_code == 0
     scenarios = demonstration.scenarios

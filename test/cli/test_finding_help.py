@@ -53,6 +53,7 @@ def test_of_an_unknown_scenario_the_nearest_is_named_also_if_it_is_a_file(
     assert "did you mean" not in str(unlike.value)
 
 
+@pytest.mark.long
 def test_scenarios_are_listed_for_people_and_programs_and_printed_to_start_from() -> None:
     assert all(name in invoke("scenarios").output for name in scenario_names())
     listed = json.loads(invoke("scenarios", "--json").output)

@@ -98,6 +98,7 @@ def test_an_infeasible_leg_is_named_without_a_run(monkeypatch: pytest.MonkeyPatc
     assert not Path("runs").exists()
 
 
+@pytest.mark.long
 def test_runs_that_fail_are_counted_with_the_reason_and_an_exit_code(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

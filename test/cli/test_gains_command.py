@@ -25,6 +25,7 @@ def line_of(text: str, name: str) -> str:
     return line
 
 
+@pytest.mark.long
 def test_every_gain_is_listed_with_its_unit_meaning_and_value() -> None:
     result = gains(*HASTY)
     assert result.exit_code == 0
@@ -36,6 +37,7 @@ def test_every_gain_is_listed_with_its_unit_meaning_and_value() -> None:
     assert line_of(result.output, "cross_track").split()[-1] == "0.04"
 
 
+@pytest.mark.long
 def test_margins_of_three_loops_are_printed_and_small_ones_warned_of() -> None:
     calm = gains("controller.law=guided")
     for name in ("surge force", "yaw moment", "position across"):

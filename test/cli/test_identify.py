@@ -41,6 +41,7 @@ def test_a_table_is_one_whatever_the_letters_of_its_suffix(tmp_path: Path, name:
         call(data)
 
 
+@pytest.mark.long
 def test_it_ends_with_the_next_command_and_its_progress_begins_at_the_beginning(tmp_path: Path) -> None:
     data, folder = write_boat(tmp_path / "bag_0.mcap", sailed()), tmp_path / "a folder"
     options = ("--length", 4, "--beam", 2, "--model", "paper", "--output", folder, "--name", "cat")

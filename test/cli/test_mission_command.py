@@ -121,6 +121,7 @@ def test_a_mission_that_leaves_its_fence_is_refused() -> None:
     assert not Path("out.yaml").exists()
 
 
+@pytest.mark.long
 def test_the_fence_of_a_mission_is_written_for_controller_and_reference() -> None:
     square = [(63.4390, 10.3870), (63.4390, 10.3930), (63.4430, 10.3930), (63.4430, 10.3870)]
     circle = {"circle": {"center": [63.4400, 10.3880], "radius": 20.0}, "inclusion": False, "version": 1}
@@ -141,6 +142,7 @@ def test_the_fence_of_a_mission_is_written_for_controller_and_reference() -> Non
         load_scenario("survey", {**changes, "vessel_sim.initial_pose": [500.0, 0.0, 0.0]})
 
 
+@pytest.mark.long
 def test_the_area_of_a_file_is_surveyed_with_a_swath() -> None:
     ring = positions([*PLACES, PLACES[0]])
     text = geojson(feature("Polygon", [ring]))

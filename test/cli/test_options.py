@@ -49,6 +49,7 @@ def test_a_namespace_is_taken_with_and_without_slashes_at_its_ends(text: str) ->
     assert checked_namespace(text) == "fleet/alpha"
 
 
+@pytest.mark.long
 def test_a_value_without_effect_on_the_scenario_is_warned_of() -> None:
     done = CliRunner().invoke(cli, ["gains", "case2_tracking", "--set", "reference_ship.circle.radius=9.0"])
     assert "reference_ship.circle.radius is given and has no effect: reference_ship.mode is not circle" in done.output

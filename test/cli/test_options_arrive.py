@@ -361,6 +361,7 @@ def test_ardupilot_takes_ship_wiring_address_and_duration(reach: Reach, monkeypa
     assert [*found.values()][:3] == [served, ("10.0.0.1", 9123), 2.5]
 
 
+@pytest.mark.long
 def test_reproduce_takes_its_folder_and_the_nodes(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
     target = "vessel_hsmc_ros.studies.paper.reproduction.run_cases"
     nodes = [reach(target, "reproduce", "--output", "there", *more)["nodes"] for more in ((), ("--ros",))]

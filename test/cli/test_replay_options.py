@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from bag_making import write_run
 from click.testing import CliRunner
+from durations import rest_long
 
 from vessel_hsmc_ros.bags.reader import open_bag
 from vessel_hsmc_ros.cli.command import cli
@@ -52,17 +53,20 @@ def test_a_replay_begins_again_with_loop_and_waits_with_paused(
 
 @pytest.mark.parametrize(
     ("options", "warning"),
-    [
-        (("--verify", "--set", "controller.los_pid.integral_gain=0.3"), "no effect: controller.law is not los_pid"),
-        (("--with", "controller.los_pid.integral_gain=0.3"), "no effect: controller.law is not los_pid"),
-        (
-            ("--verify", "--set", "vessel_sim.vessel.surge_inertia=2e5"),
-            "no effect with --verify, which recomputes the controller",
-        ),
-        (("--with", "vessel_sim.vessel.surge_inertia=2e5"), ""),
-        (("--verify", "--set", "controller.guided.position_gain=0.3"), ""),
-        (("--verify",), ""),
-    ],
+    rest_long(
+        [
+            (("--verify", "--set", "controller.los_pid.integral_gain=0.3"), "no effect: controller.law is not los_pid"),
+            (("--with", "controller.los_pid.integral_gain=0.3"), "no effect: controller.law is not los_pid"),
+            (
+                ("--verify", "--set", "vessel_sim.vessel.surge_inertia=2e5"),
+                "no effect with --verify, which recomputes the controller",
+            ),
+            (("--with", "vessel_sim.vessel.surge_inertia=2e5"), ""),
+            (("--verify", "--set", "controller.guided.position_gain=0.3"), ""),
+            (("--verify",), ""),
+        ],
+        3,
+    ),
 )
 def test_a_change_without_an_effect_has_a_warning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...], warning: str

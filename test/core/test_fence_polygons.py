@@ -105,6 +105,7 @@ def test_a_corner_that_is_no_place_is_refused_with_its_value(value: float) -> No
         build(FenceParameters, {"inside": [0.0, 0.0, 1.0, value, 1.0, 1.0, 0.0, 0.0]}, "fence")
 
 
+@pytest.mark.long
 def test_a_fence_of_too_many_corners_is_refused() -> None:
     ring = star(0j, [100.0] * (MAX_CORNERS + 1))
     with pytest.raises(ParameterError, match=f"fence must have at most {MAX_CORNERS} corners"):
@@ -115,6 +116,7 @@ radius = st.floats(0.5, 50.0)
 place = st.builds(complex, st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 
 
+@pytest.mark.long
 @given(
     st.lists(radius, min_size=3, max_size=9),
     st.lists(radius, min_size=3, max_size=6),

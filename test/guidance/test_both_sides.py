@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
@@ -101,9 +102,9 @@ def test_each_limit_is_exceeded_alike_by_a_turn_to_either_side() -> None:
     np.testing.assert_allclose([each.needed for each in starboard], [each.needed for each in port], rtol=1e-3)
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize("bearing", [0.0, 0.3, 1.2, 2.2, 2.8])
-@pytest.mark.parametrize("curvature", [0.0, 0.03, -0.05])
+@pytest.mark.parametrize("side", rest_long([1.0, -1.0]))
+@pytest.mark.parametrize("bearing", rest_long([0.0, 0.3, 1.2, 2.2, 2.8]))
+@pytest.mark.parametrize("curvature", rest_long([0.0, 0.03, -0.05]))
 def test_a_path_that_begins_under_way_turns_to_the_nearer_side(side: float, bearing: float, curvature: float) -> None:
     target = 80.0 * complex(math.cos(bearing), side * math.sin(bearing))
     first, bend = join(target, side * curvature, 3.0, 10.0, 4.0, 2.0)
@@ -136,7 +137,7 @@ def corner_speeds(places: Any, under_way: bool = False) -> list[float]:
     return [section.speed for element, section in zip(elements, sections, strict=True) if element.turn]
 
 
-@pytest.mark.parametrize("scale", [0.5, 0.8, 1.0, 1.5])
+@pytest.mark.parametrize("scale", rest_long([0.5, 0.8, 1.0, 1.5]))
 def test_a_path_and_its_way_back_have_the_same_corner_speeds(scale: float) -> None:
     places = [scale * place for place in PLACES]
     there, back = corner_speeds(places), corner_speeds(places[::-1])

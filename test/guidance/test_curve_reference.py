@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import build
@@ -45,6 +46,7 @@ def test_the_speed_is_constant_and_the_initial_angle_is_the_course(mode: str) ->
     assert states[0, 2] + math.atan2(states[0, 4], states[0, 3]) == pytest.approx(START[2])
 
 
+@pytest.mark.long
 @modes
 def test_velocities_and_accelerations_are_the_derivatives_of_the_pose(mode: str) -> None:
     step = 1e-3
@@ -57,6 +59,7 @@ def test_velocities_and_accelerations_are_the_derivatives_of_the_pose(mode: str)
     np.testing.assert_allclose(moved[:, 3:], accelerations[1:-1], atol=1e-5)
 
 
+@pytest.mark.long
 @modes
 def test_the_motion_satisfies_the_dynamics_of_the_hull_with_a_force_and_a_moment_only(mode: str) -> None:
     states, accelerations = motion(mode, 300.0)
@@ -65,7 +68,7 @@ def test_the_motion_satisfies_the_dynamics_of_the_hull_with_a_force_and_a_moment
     assert np.abs(accelerations[:, 1] - unforced).max() < (1e-9 if mode in ("straight", "circle") else 1e-6)
 
 
-@pytest.mark.parametrize("mode", SIZED)
+@pytest.mark.parametrize("mode", rest_long(SIZED, 2))
 def test_turns_to_port_and_to_starboard_are_mirror_images(mode: str) -> None:
     ((name, size),) = SIZES[mode].items()
     port, port_acceleration = motion(mode, 60.0)
@@ -85,6 +88,7 @@ def test_a_circle_lies_to_port_of_its_start_and_stays_exact_for_hours() -> None:
     np.testing.assert_array_equal(states[:, 3:], np.tile(states[0, 3:], (len(states), 1)))
 
 
+@pytest.mark.long
 @modes
 def test_the_start_from_rest_is_smooth_and_leads_into_the_motion_at_constant_speed(mode: str) -> None:
     period, rise_time = 1e-2, 10.0

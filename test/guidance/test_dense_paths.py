@@ -98,7 +98,7 @@ def test_a_bend_of_a_noisy_spline_is_not_cut_off() -> None:
     assert apart(points, plan).max() < 0.2
 
 
-@pytest.mark.parametrize("spacing", [0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
+@pytest.mark.parametrize("spacing", rest_long([0.05, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0], 2))
 def test_a_circle_is_as_fast_whatever_the_spacing_of_its_points(spacing: float) -> None:
     p = boat(4.0)
     s = np.arange(spacing, 80.0, spacing)
@@ -118,9 +118,9 @@ def test_a_straight_line_of_many_points_is_sailed_like_one_of_two(spacing: float
     assert dense.constants.table.times[-1] == pytest.approx(two.constants.table.times[-1], rel=1e-3)
 
 
-@pytest.mark.parametrize("aside", [0.0, 0.3, 2.0])
-@pytest.mark.parametrize("spacing", [60.0, 1.0, 0.05])
-@pytest.mark.parametrize("behind", [-0.1, 0.1, 3.0])
+@pytest.mark.parametrize("aside", rest_long([0.0, 0.3, 2.0]))
+@pytest.mark.parametrize("spacing", rest_long([60.0, 1.0, 0.05]))
+@pytest.mark.parametrize("behind", rest_long([-0.1, 0.1, 3.0]))
 def test_a_vessel_under_way_does_not_return_to_what_lies_behind_it(behind: float, spacing: float, aside: float) -> None:
     reference: Any = make_reference(boat(4.0), PERIOD)
     reference.set_path([(200.0, 0.0)])
@@ -191,6 +191,7 @@ def test_the_first_waypoint_is_left_out_on_the_first_leg_near_it_only(here: comp
     assert len(ahead(waypoints(0j, 40.0 + 0j, corner=OVER), here, course, Scale(0.4, 4.0, 0.0))) == 2
 
 
+@pytest.mark.long
 def test_a_path_much_slower_than_required_is_named() -> None:
     p, x = boat(4.0), np.arange(4.0, 20.0, 2.0)
     reference, _, _ = sailed(p, x + 1.5j * (np.arange(len(x)) % 2))

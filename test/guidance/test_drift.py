@@ -81,6 +81,7 @@ def test_along_a_curve_a_coupled_hull_needs_no_sway_force(vessel: Vessel, speed:
             assert np.abs(missing).max() < tolerance * np.abs(motion.r * motion.u).max()
 
 
+@pytest.mark.long
 def test_a_solution_that_takes_too_many_instants_is_refused_for_that_reason() -> None:
     route = Route([Element(straight(20.0), 0, turn=False), Element(turn(1.5, 10.0, 5.0), 0, turn=True)], (0.0, 0.0, 0.0))
     profile = SpeedProfile([Phase(route.length, 1.0, 1.0)])

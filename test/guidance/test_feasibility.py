@@ -4,6 +4,7 @@ import math
 import re
 
 import pytest
+from durations import rest_long
 from hulls import BOAT
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -58,7 +59,7 @@ def test_a_moment_against_the_turn_counts_as_one_with_it() -> None:
     assert reason("circle", 2.0, loose, moment=1.1 * munk) == ""
 
 
-@pytest.mark.parametrize("mode", SHAPES)
+@pytest.mark.parametrize("mode", rest_long(SHAPES))
 def test_the_speed_that_the_line_names_is_feasible_and_a_little_more_is_not(mode: str) -> None:
     found = re.search(r"the largest feasible speed is ([\d.]+) m/s", reason(mode, 3.0))
     assert found

@@ -113,7 +113,7 @@ def test_a_vessel_behind_the_beginning_is_behind_by_that_too(back: float, aside:
     assert trail.lag(complex(back, aside)) == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("mode", REFERENCES)
+@pytest.mark.parametrize("mode", rest_long(REFERENCES, 7))
 def test_only_planned_tracks_follow_the_vessel(mode: str) -> None:
     if mode in (*PLANNED, *CURVES):
         assert reference(mode).pace == 0.0
@@ -144,7 +144,7 @@ def test_a_reference_stands_without_odometry_runs_with_it_and_stops_when_it_is_l
     np.testing.assert_array_equal(made.state, start)
 
 
-@pytest.mark.parametrize("mode", ["lawnmower", "path", "figure_eight"])
+@pytest.mark.parametrize("mode", rest_long(["lawnmower", "path", "figure_eight"]))
 def test_the_published_motion_is_one_motion_while_the_clock_slows_and_goes_on(mode: str) -> None:
     """Velocities are the derivatives of the pose, accelerations those of the velocities."""
     made = reference(mode)
@@ -173,7 +173,7 @@ def test_a_slow_vessel_is_never_left_further_behind_than_where_the_clock_stands(
     assert made.pace == pytest.approx(speed, abs=0.05)
 
 
-@pytest.mark.parametrize("mode", ["path", "lawnmower", "circle", "spiral"])
+@pytest.mark.parametrize("mode", rest_long(["path", "lawnmower", "circle", "spiral"]))
 def test_a_reference_that_is_not_held_is_the_same_to_the_bit_and_one_that_is_comes_to_rest_and_goes_on(mode: str) -> None:
     parameters = ReferenceShipParameters(
         mode=mode, initial_pose=(0.0, 0.0, 0.0), path=PathParameters(waypoints=(80.0, 0.0, 80.0, 60.0))

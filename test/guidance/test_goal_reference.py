@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference_motion import LIMITS, PERIOD, assert_feasible, motion_of
@@ -127,7 +128,7 @@ def boat(length: float, **changes: object) -> tuple[ReferenceShipParameters, flo
     return p, scale_of(ship.vessel_sim.vessel).T
 
 
-@pytest.mark.parametrize("length", [0.5, 2.5, 12.0, 70.0, 300.0])
+@pytest.mark.parametrize("length", rest_long([0.5, 2.5, 12.0, 70.0, 300.0]))
 @pytest.mark.parametrize("goal", [(6.0, 3.0, 2.0), (1.0, 0.5, -1.0), (-0.2, 0.0, 0.0), (-5.0, -1.0, 0.5)])
 def test_boats_of_any_size_come_to_rest_at_a_goal_without_oscillation(length: float, goal: tuple[float, ...]) -> None:
     x, y, psi = goal[0] * length, goal[1] * length, goal[2]
@@ -145,7 +146,7 @@ def test_boats_of_any_size_come_to_rest_at_a_goal_without_oscillation(length: fl
         assert len({*np.sign(velocity[np.abs(velocity) > 0.02 * limit])}) <= 1
 
 
-@pytest.mark.parametrize("length", [0.5, 300.0])
+@pytest.mark.parametrize("length", rest_long([0.5, 300.0]))
 def test_boats_of_any_size_follow_a_stream_of_poses(length: float) -> None:
     p, T = boat(length)
     reference, radius, period = make_reference(p, 0.02 * T), 10.0 * length, 0.02 * T

@@ -42,6 +42,7 @@ def rest_at(place: tuple[float, float], found: np.ndarray) -> np.ndarray:
     return np.flatnonzero(near & (np.abs(found[:, 3:]).max(axis=1) < 1e-9))
 
 
+@pytest.mark.long
 @settings(max_examples=5, deadline=None)
 @given(hold=st.floats(1.0, 300.0), heading=st.floats(0.0, 6.28))
 def test_the_vessel_rests_at_a_waypoint_for_its_hold_with_its_heading(hold: float, heading: float) -> None:
@@ -70,6 +71,7 @@ def test_a_hold_where_the_vessel_lies_is_before_its_first_leg() -> None:
     assert PERIOD * len(rest_at((0.0, 0.0), found)) >= 25.0 - 2 * PERIOD
 
 
+@pytest.mark.long
 def test_the_holds_of_repeated_waypoints_add_up() -> None:
     twice = [*PLACES[:4], *PLACES[2:]]
     both = reference_of(path__waypoints=twice, path__holds=[0.0, 4.0, 6.0, 0.0])
@@ -77,6 +79,7 @@ def test_the_holds_of_repeated_waypoints_add_up() -> None:
     assert both.constants.table.times[-1] == pytest.approx(once.constants.table.times[-1])
 
 
+@pytest.mark.long
 def test_the_motion_is_continuous_through_holds_and_turns_on_the_spot() -> None:
     found = states(reference_of(path__holds=[5.0], path__headings=[1.0]))
     assert np.abs(np.diff(found[:, :2], axis=0)).max() < 1.6 * PERIOD

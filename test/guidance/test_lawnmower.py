@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from hulls import COUPLING
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -103,13 +104,15 @@ def test_the_legs_lie_in_the_rectangle_in_their_order() -> None:
 
 @pytest.mark.parametrize(
     ("changes", "spacing"),
-    [
-        ({}, 20.0),
-        (COUPLED, 20.0),
-        (COUPLED, 250.0),
-        ({"vessel.sway_inertia": 1.0e5}, 250.0),
-        ({"vessel.sway_inertia": 1.2e5}, 20.0),
-    ],
+    rest_long(
+        [
+            ({}, 20.0),
+            (COUPLED, 20.0),
+            (COUPLED, 250.0),
+            ({"vessel.sway_inertia": 1.0e5}, 250.0),
+            ({"vessel.sway_inertia": 1.2e5}, 20.0),
+        ]
+    ),
 )
 def test_the_motion_is_one_of_the_hull_without_a_sway_force(changes: dict[str, Any], spacing: float) -> None:
     p = parameters(**{"lawnmower.spacing": spacing, **changes})
@@ -155,7 +158,7 @@ def test_a_boat_of_any_size_keeps_its_limits(logarithm: float, spacing: float, c
     assert W[(s > 6.0 * length) & (s < sailing.route.length - 6.0 * length)].min() > 0.99 * lawnmower.speed
 
 
-@pytest.mark.parametrize("logarithm", [5.3, 5.375, 5.4])
+@pytest.mark.parametrize("logarithm", rest_long([5.3, 5.375, 5.4]))
 def test_turns_that_just_keep_the_yaw_rate_alone_keep_it_in_a_survey_at_full_speed(logarithm: float) -> None:
     length = math.exp(logarithm)
     p = boat(length, **{"reference_ship.lawnmower.spacing": 16.0 * length})
@@ -216,7 +219,7 @@ def test_after_the_last_leg_the_ship_rests_where_it_ended() -> None:
     assert reference.state == pytest.approx([x, y, course, 0, 0, 0])
 
 
-@pytest.mark.parametrize("length", [0.6, 250.0])
+@pytest.mark.parametrize("length", rest_long([0.6, 250.0]))
 def test_a_rectangle_is_surveyed_between_its_long_sides_from_the_nearest_corner(length: float) -> None:
     size = {"rectangle": [30.0 * length, -25.0 * length, 20.0 * length, 11.0 * length], "heading": 0.5, "spacing": -4.0 * length}
     p = boat(length, **{f"reference_ship.lawnmower.{name}": value for name, value in size.items()})

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -61,6 +62,7 @@ def assert_within_limits(reference: Any, length: float, end: tuple[float, float]
 
 
 # The same examples each time: of 240 others the yaw acceleration of 2 exceeded its limit by more than a hundredth.
+@pytest.mark.long
 @settings(max_examples=7, deadline=None, derandomize=True)
 @given(
     length=st.sampled_from(LENGTHS),
@@ -89,7 +91,7 @@ def test_a_ship_that_goes_astern_is_halted_within_the_limits_before_a_new_path(l
     assert_within_limits(reference, length, (9.0 * length, 3.0 * length))
 
 
-@pytest.mark.parametrize("length", [0.5, 300.0])
+@pytest.mark.parametrize("length", rest_long([0.5, 300.0]))
 def test_a_new_path_at_any_time_of_a_turn_on_the_spot_ends_it_within_the_limits(length: float) -> None:
     for elapsed in np.linspace(0.01, 3.0, 8):
         reference, limits = earlier_motion("stops", length), boat(length).motion
@@ -97,7 +99,7 @@ def test_a_new_path_at_any_time_of_a_turn_on_the_spot_ends_it_within_the_limits(
         assert_within_limits(reference, length, (0.0, -10.0 * length))
 
 
-@pytest.mark.parametrize("kind", ["path", "halt"])
+@pytest.mark.parametrize("kind", rest_long(["path", "halt"]))
 def test_a_waypoint_where_the_ship_is_is_passed_and_returned_to_if_it_is_the_only_one(kind: str) -> None:
     reference = earlier_motion(kind, 4.0)
     begin = 0.0 if kind == "halt" else 0.4 * reference.constants.table.times[-1]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from hulls import COUPLING
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -136,7 +137,7 @@ def test_a_path_of_any_boat_is_within_its_limits_or_refused_with_the_corner(poin
 
 @pytest.mark.parametrize(
     ("elapsed", "changes"),
-    [(1.4, {}), (10.0, COUPLED), (55.0, {}), (75.0, COUPLED), (130.0, {})],
+    rest_long([(1.4, {}), (10.0, COUPLED), (55.0, {}), (75.0, COUPLED), (130.0, {})]),
     ids=["begun", "coupled-on-a-leg", "plain-halfway", "coupled-later", "near-the-end"],
 )
 def test_a_new_path_at_any_time_continues_position_velocity_and_acceleration(elapsed, changes) -> None:
@@ -233,6 +234,7 @@ def test_no_corner_is_slower_than_the_current_that_is_allowed_for() -> None:
         make_reference(replace(in_current, path=path), PERIOD)
 
 
+@pytest.mark.long
 def test_a_wide_turn_right_after_a_tight_one_gathers_speed() -> None:
     points = [(100.0, 0.0), (100.0, 14.0), (130.0, 90.0)]
     # With speeds of their own, the legs are not joined by one corner.
@@ -262,7 +264,7 @@ def boat_of(length: float, **path: Any) -> ReferenceShipParameters:
     )
 
 
-@pytest.mark.parametrize("length", [0.5, 300.0])
+@pytest.mark.parametrize("length", rest_long([0.5, 300.0]))
 def test_a_corner_whose_radius_has_no_room_is_refused_with_a_radius_that_has(length: float) -> None:
     with pytest.raises(
         ParameterError, match=r"path: corner 1 of 90° needs .* a corner_radius of ([\d.]+) m, longer legs"
@@ -275,16 +277,18 @@ def test_a_corner_whose_radius_has_no_room_is_refused_with_a_radius_that_has(len
 
 @pytest.mark.parametrize(
     ("motion", "path", "reason"),
-    [
-        (
-            {},
-            {"corner_radius": 0.05},
-            r"path\.corner_radius: no turn with a radius of 0\.05 m .*; [\d.]+ m at [\d.]+ m/s would do$",
-        ),
-        ({"yaw_acceleration": 1e-6}, {}, r"path: no turn at [\d.]+ m/s or less .*; a stop at each waypoint or .* would do$"),
-        ({"current": 9.0}, {}, r"path: speed = .* against a current of 9 m/s needs .*; a smaller motion\.current would do$"),
-        ({"speed": 9.0}, {}, r"path: speed = 9 m/s needs a surge force of .*; at most [\d.]+ m/s would do$"),
-    ],
+    rest_long(
+        [
+            (
+                {},
+                {"corner_radius": 0.05},
+                r"path\.corner_radius: no turn with a radius of 0\.05 m .*; [\d.]+ m at [\d.]+ m/s would do$",
+            ),
+            ({"yaw_acceleration": 1e-6}, {}, r"path: no turn at [\d.]+ m/s or less .*; a stop at each waypoint or .* would do$"),
+            ({"current": 9.0}, {}, r"path: speed = .* against a current of 9 m/s needs .*; a smaller motion\.current would do$"),
+            ({"speed": 9.0}, {}, r"path: speed = 9 m/s needs a surge force of .*; at most [\d.]+ m/s would do$"),
+        ]
+    ),
 )
 def test_a_path_beyond_the_limits_is_refused_with_what_would_do(motion: Any, path: Any, reason: str) -> None:
     p = boat_of(4.0, **path)
@@ -292,7 +296,7 @@ def test_a_path_beyond_the_limits_is_refused_with_what_would_do(motion: Any, pat
         make_reference(replace(p, motion=replace(p.motion, **motion)), PERIOD)
 
 
-@pytest.mark.parametrize("mode", ["path", "lawnmower"])
+@pytest.mark.parametrize("mode", rest_long(["path", "lawnmower"]))
 def test_where_no_turn_is_possible_at_the_speed_of_the_legs_the_turns_are_slower(mode: str) -> None:
     p = boat_of(4.0)
     low, high = p.motion.speed, 10.0 * p.motion.speed
@@ -308,7 +312,7 @@ def test_where_no_turn_is_possible_at_the_speed_of_the_legs_the_turns_are_slower
     assert 0.5 * low < speed[bent].max() < 0.99 * low
 
 
-@pytest.mark.parametrize("length", [0.5, 300.0])
+@pytest.mark.parametrize("length", rest_long([0.5, 300.0]))
 def test_after_a_short_last_leg_the_turning_ends_within_the_yaw_acceleration(length: float) -> None:
     p = boat_of(length)
     short = 1.4 * length * np.exp(1j * math.radians(60.0))

@@ -97,6 +97,7 @@ def convex(n: int, radii: list[float], turned: float) -> list[complex]:
     return [radii[k % len(radii)] * cmath.exp(1j * (turned + 2.0 * math.pi * k / n)) for k in range(n)]
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(
     st.integers(3, 9),
@@ -167,6 +168,7 @@ def test_a_polygon_without_an_area_is_refused(corners: tuple[float, ...], reason
         polygon_legs(corners, 0.0, 10.0, 0j, NAME)
 
 
+@pytest.mark.long
 def test_a_vessel_sails_all_legs_of_a_polygon_with_its_own_turns() -> None:
     corners = [20.0, 40.0, 90.0, 60.0, 110.0, 120.0, 30.0, 140.0]
     values = {"polygon": corners, "spacing": 20.0, "heading": 0.2, "run_in": 20.0, "speed": 1.0}

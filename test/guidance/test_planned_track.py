@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.metrics import NO_LEG, missed, per_leg, summarise
 from vessel_hsmc_ros.guidance.factory import ReferenceShipParameters, track_of
@@ -84,6 +85,7 @@ def test_before_the_path_at_a_stop_and_after_the_end_the_plan_is_on_no_leg() -> 
     assert errors.cross[3] == pytest.approx(60.0)
 
 
+@pytest.mark.long
 def test_a_path_of_a_message_takes_the_place_of_the_rest_of_the_plan() -> None:
     p = load_scenario("waypoints").reference_ship
     before = track_of(p, 0.1)
@@ -104,6 +106,7 @@ def record_of_half(record: Record) -> Record:
     return analyse("aside", aside, record.scenario, track=record.track)
 
 
+@pytest.mark.long
 def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> None:
     scenario = survey(**{"vessel_sim.duration": 60.0})
     run, track = simulate(scenario), planned(scenario)
@@ -128,8 +131,8 @@ def test_a_survey_is_judged_by_its_legs_in_metrics_verdict_suite_and_page() -> N
     assert "planned legs, waypoints" in text
 
 
-@pytest.mark.parametrize("far", [0.0, 0.4, 0.99, 1.01, 5.0])
-@pytest.mark.parametrize(("begin", "end"), [(0.0, 0.5), (0.3, 0.8), (0.0, 1.0)])
+@pytest.mark.parametrize("far", rest_long([0.0, 0.4, 0.99, 1.01, 5.0]))
+@pytest.mark.parametrize(("begin", "end"), rest_long([(0.0, 0.5), (0.3, 0.8), (0.0, 1.0)]))
 def test_what_is_not_passed_within_a_tenth_of_the_spacing_is_missed(far: float, begin: float, end: float) -> None:
     """Of a ship that sails its plan, but for a part of the second leg on which it is abeam."""
     track = track_of(SURVEY, 0.1)

@@ -38,6 +38,7 @@ def drawn(seed: int) -> list[complex]:
     return [-20.0 * LENGTH, *points, points[-1] + 20.0 * LENGTH * complex(math.cos(course), math.sin(course))]
 
 
+@pytest.mark.long
 def test_a_large_corner_before_a_small_one_is_as_fast_as_the_small_one_before_it() -> None:
     unlike = 0
     for seed in range(60):
@@ -67,6 +68,7 @@ def test_corners_leave_a_quarter_of_a_leg_from_rest_free_and_none_of_one_under_w
     assert legs > 2.0 or free[1] < 0.25 * first, "there the corner may take all of the leg"
 
 
+@pytest.mark.long
 def test_a_corner_soon_after_rest_is_not_sailed_at_the_little_speed_that_is_reached_before_it() -> None:
     p, rest = BOAT, Motion(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     ship = Ship(p.vessel.coefficients(), travel_limits(p), 0.0, "path")

@@ -26,6 +26,7 @@ def sailed(progress: Progress, line: list[complex], step: float = 0.5) -> list[t
     return [*found, (progress.leg, progress.distance_left(line[-1]))]
 
 
+@pytest.mark.long
 @settings(deadline=None)
 @given(start=places, points=st.lists(places, min_size=1, max_size=12))
 def test_a_vessel_on_the_legs_is_on_the_last_one_at_the_end_with_no_way_left(start: complex, points: list[complex]) -> None:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from golden.part_references import CORNERS, LIMITED, MOTION, program
 from golden.part_tools import PERIOD, built
 
@@ -39,7 +40,8 @@ def mirrored(given: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("mode", "events", "speed"), [("goal", GOALS, 0.9), ("goal", STREAM, -0.4), ("path", PATHS[:1], 0.9), ("path", PATHS, -0.5)]
+    ("mode", "events", "speed"),
+    rest_long([("goal", GOALS, 0.9), ("goal", STREAM, -0.4), ("path", PATHS[:1], 0.9), ("path", PATHS, -0.5)], 2),
 )
 def test_goals_and_paths_on_the_other_side_give_the_mirror_image(mode: str, events: Any, speed: float) -> None:
     x, y, psi = 3.0, 1.0, 0.4
@@ -67,7 +69,7 @@ CASES: list[tuple[str, dict[str, Any], Any]] = [
 ]
 
 
-@pytest.mark.parametrize(("mode", "values", "events"), CASES, ids=[case[0] for case in CASES])
+@pytest.mark.parametrize(("mode", "values", "events"), rest_long(CASES, 3), ids=[case[0] for case in CASES])
 def test_a_reference_that_was_reset_is_bit_identical_to_a_new_one(mode: str, values: dict[str, Any], events: Any) -> None:
     used, new = (reference_of(mode, **START, **values) for _ in range(2))
     rows(used, 333, events)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 from hulls import COUPLING
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, SimulationError
@@ -69,8 +70,8 @@ def stepped(parameters: ReferenceShipParameters, count: int = COUNT) -> np.ndarr
     return np.array(rows)
 
 
-@pytest.mark.parametrize("compiler", [None, pytest.param(compiled, marks=only_compiled)])
-@pytest.mark.parametrize("mode", REFERENCES)
+@pytest.mark.parametrize("compiler", rest_long([None, pytest.param(compiled, marks=only_compiled)]))
+@pytest.mark.parametrize("mode", rest_long(REFERENCES))
 def test_a_trajectory_is_that_of_the_node_also_compiled(mode: str, compiler: Compiler | None) -> None:
     for seed in range(EXAMPLES):
         expected = drawn_and_stepped(mode, seed)

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
+from durations import rest_long
 from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -60,7 +61,7 @@ def leaves(message: Any) -> Any:
     return [repr(float(x)) for x in message] if hasattr(message, "__len__") and not isinstance(message, str) else repr(message)
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", rest_long(KINDS), ids=lambda kind: kind.__name__)
 @settings(max_examples=30, deadline=None)
 @given(data=st.data())
 def test_a_message_is_written_and_read_as_by_rclpy(kind: Any, data: st.DataObject) -> None:

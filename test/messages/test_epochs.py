@@ -37,6 +37,7 @@ def paired(given: list[tuple[int, int, int]], epochs: Epochs[int] | None = None)
 DELAY = st.tuples(st.integers(0, 300), st.integers(0, 300))
 
 
+@pytest.mark.long
 @settings(max_examples=150, deadline=None)
 @given(
     st.sampled_from([(50, 50), (100, 100), (200, 200), (1000, 1000), (50, 200), (200, 50), (100, 200), (50, 100)]),

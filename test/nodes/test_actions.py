@@ -71,7 +71,7 @@ def test_a_path_gives_feedback_until_the_vessel_is_at_its_end(start: Any) -> Non
     assert len(sent.feedback) == count, "no feedback after the result"
 
 
-@pytest.mark.parametrize("mode", ["goal", "path"])
+@pytest.mark.parametrize("mode", rest_long(["goal", "path"]))
 def test_a_pose_is_reached_with_its_heading(start: Any, mode: str) -> None:
     vessel = start(mode)
     sent = vessel.send("navigate_to_pose", pose=pose(30.0, 5.0, 0.5))
@@ -83,6 +83,7 @@ def test_a_pose_is_reached_with_its_heading(start: Any, mode: str) -> None:
     assert sent.feedback[-1].current_pose.pose.position.x == pytest.approx(30.0, abs=2.0)
 
 
+@pytest.mark.long
 def test_waypoints_are_sailed_again_as_often_as_they_are_to_be_from_the_index_on(start: Any) -> None:
     vessel = start("path")
     poses = [pose(0.0, 0.0), pose(40.0, 0.0), pose(40.0, 40.0)]
@@ -210,6 +211,7 @@ REFUSED = [
 """Goals that cannot be followed, and the reason that is given."""
 
 
+@pytest.mark.long
 def test_goals_that_cannot_be_followed_are_refused_with_the_reason_and_the_present_one_goes_on(start: Any) -> None:
     vessel = start("path", actions__datum=[63.44, 10.39])
     sent = sailing(vessel)
@@ -331,6 +333,7 @@ def test_a_battery_that_falls_silent_is_named(bench: Any) -> None:
     assert node.actions.remark.startswith("no battery_state for 61 s")
 
 
+@pytest.mark.long
 def test_a_lost_operator_ends_the_goal_and_one_who_is_back_may_send_the_next(bench: Any, start: Any) -> None:
     vessel = start("path", actions__operator_timeout=3.0)
     heartbeat = bench.probe.create_publisher(Empty, "operator_heartbeat", 10)
@@ -373,6 +376,7 @@ def test_at_the_end_of_a_mission_the_controller_is_stopped_where_that_is_declare
     assert not vessel.node.actions._stopping
 
 
+@pytest.mark.long
 def test_in_real_time_a_path_that_cannot_be_sailed_is_refused_while_the_present_one_goes_on(start: Any) -> None:
     vessel = start("path", lockstep=False, motion__current=1.4)
     sent = vessel.send("follow_path", path=path((200.0, 0.0)))
@@ -385,6 +389,7 @@ def test_in_real_time_a_path_that_cannot_be_sailed_is_refused_while_the_present_
     assert not sent.done
 
 
+@pytest.mark.long
 def test_in_real_time_a_cancel_stops_the_reference_at_once_and_the_next_goal_is_sailed_from_there(start: Any) -> None:
     vessel = start("path", lockstep=False, motion__acceleration=0.4)
     sent = vessel.send("follow_path", path=path((100.0, 0.0)))
@@ -411,6 +416,7 @@ def test_in_real_time_of_goals_that_follow_each_other_quickly_the_last_one_is_sa
     assert cancelled.result()[:2] == (CANCELED, Code.CANCELLED)
 
 
+@pytest.mark.long
 def test_in_real_time_a_hold_discards_the_path_of_a_message_that_is_being_planned(bench: Any, start: Any) -> None:
     vessel = start("path", lockstep=False, motion__acceleration=0.4)
     publisher = bench.probe.create_publisher(Path, "path", 10)

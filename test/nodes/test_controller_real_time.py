@@ -186,6 +186,7 @@ def test_periods_without_odometry_as_during_a_pause_are_not_missed(sea: RealTime
     assert sea.states[-1].missed_periods == 0
 
 
+@pytest.mark.long
 def test_a_controller_without_a_reference_warns_and_names_the_topic(bench: Any, sea: RealTimePlant, status: Any) -> None:
     node = sea.start(ControllerNode)
     sea.desired = None

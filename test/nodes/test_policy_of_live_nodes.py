@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import pytest
 from bag_making import write_run
 from definitions import module
+from durations import rest_long
 from rclpy.action import get_action_server_names_and_types_by_node
 from thruster_layouts import LAYOUTS
 
@@ -107,7 +108,7 @@ def announce(bench: Any, kind: Any) -> None:
             bench.probe.create_publisher(message_class(name), topic, qos.data(lockstep=True))
 
 
-@pytest.mark.parametrize("kind", CONFIGURATIONS, ids=[kind.NAME for kind in CONFIGURATIONS])
+@pytest.mark.parametrize("kind", rest_long(CONFIGURATIONS, 6), ids=[kind.NAME for kind in CONFIGURATIONS])
 def test_a_live_node_has_what_the_policy_allows_and_nothing_more(bench: Any, tmp_path: Path, kind: Any) -> None:
     announce(bench, kind)
     rules = {rule: allowed(kind.NAME, rule) for rule in ("publish", "subscribe", "reply", "request", "execute")}

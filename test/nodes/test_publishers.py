@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
+from durations import rest_long
 from geometry_msgs.msg import WrenchStamped
 
 from vessel_hsmc_ros.nodes import qos
@@ -43,7 +44,7 @@ def start() -> Iterator[Any]:
         process.wait()
 
 
-@pytest.mark.parametrize("other", [OFFERED, PLAIN])
+@pytest.mark.parametrize("other", rest_long([OFFERED, PLAIN]))
 def test_a_killed_publisher_does_not_count_although_the_graph_shows_it(bench: Any, start: Any, other: str) -> None:
     publishers = Publishers(bench.probe, WrenchStamped, "cmd_wrench")
     first = start(OFFERED)
@@ -56,7 +57,7 @@ def test_a_killed_publisher_does_not_count_although_the_graph_shows_it(bench: An
     assert publishers.watching
 
 
-@pytest.mark.parametrize("profile", [OFFERED, PLAIN])
+@pytest.mark.parametrize("profile", rest_long([OFFERED, PLAIN]))
 def test_publishers_that_live_all_count(bench: Any, start: Any, profile: str) -> None:
     publishers = Publishers(bench.probe, WrenchStamped, "cmd_wrench")
     bench.probe.create_publisher(WrenchStamped, "cmd_wrench", qos.offered(False, 10.0))

@@ -144,6 +144,7 @@ def test_a_goal_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any) -> N
     assert vessel_hsmc("goto", "nan", "20", "0")[2] == "error: goal must be finite numbers (got nan 20 0)\n"
 
 
+@pytest.mark.long
 def test_a_goal_that_is_refused_is_an_error_with_the_reason_of_the_reference(bench: Any, vessel_hsmc: Any) -> None:
     bench.start(ReferenceShipNode, mode="goal", **RATE)
     for _ in range(2):
@@ -197,6 +198,7 @@ def test_a_path_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any, tmp_
     assert error == f"error: /reference_ship accepts no goal: its mode is path; {remedy}\n"
 
 
+@pytest.mark.long
 def test_a_node_that_is_missing_is_named_beside_those_that_were_found(
     bench: Any, vessel_hsmc: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from driving import REFERENCE, RealTimePlant
+from durations import rest_long
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -131,6 +132,7 @@ def test_a_goal_in_map_is_taken_and_its_frame_is_that_of_the_reference(bench: An
     bench.until(lambda: references[-1].header.frame_id == "map")
 
 
+@pytest.mark.long
 def test_a_twist_that_is_not_filled_in_is_named_on_the_log_and_ends_in_the_safe_action(
     sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -148,8 +150,10 @@ def at_two_metres_per_second(sea: RealTimePlant) -> Any:
     return lambda stamp, _: send(stamp, [2e-9 * stamp, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
-@pytest.mark.parametrize(("form", "kind"), [("pose_twist", PoseStamped), ("pose_covariance_twist", PoseWithCovarianceStamped)])
-@pytest.mark.parametrize("pose_first", [True, False])
+@pytest.mark.parametrize(
+    ("form", "kind"), rest_long([("pose_twist", PoseStamped), ("pose_covariance_twist", PoseWithCovarianceStamped)])
+)
+@pytest.mark.parametrize("pose_first", rest_long([True, False]))
 def test_a_pose_and_a_twist_of_one_stamp_make_a_measurement_in_either_order(
     bench: Any, sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, form: str, kind: Any, pose_first: bool
 ) -> None:

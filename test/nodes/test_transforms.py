@@ -23,6 +23,7 @@ PLACES = st.floats(-1e6, 1e6)
 SOURCES = ("vessel_sim", "navsat_odom", "mavlink", "px4")
 
 
+@pytest.mark.long
 @given(x=PLACES, y=PLACES, psi=st.floats(-math.pi, math.pi), frame=st.text(max_size=9), child=st.text(max_size=9))
 def test_the_transform_has_pose_frames_and_stamp_of_the_odometry(x: float, y: float, psi: float, frame: str, child: str) -> None:
     odometry = conv.new_odometry()

@@ -5,6 +5,7 @@ from typing import Any
 
 import nav_msgs.msg
 import numpy as np
+import pytest
 from geometry_msgs.msg import PoseStamped
 from rclpy.duration import Duration
 from std_srvs.srv import SetBool, Trigger
@@ -83,6 +84,7 @@ def test_a_run_with_events_is_verified_with_them(bench: Any, tmp_path: Path) -> 
     assert bag.scenario(at=found.time[-1]).controller.guided.position_gain == 0.5
 
 
+@pytest.mark.long
 def test_a_path_that_is_changed_under_way_is_the_same_in_bag_offline_reference_compiled_one_and_replay(
     bench: Any, tmp_path: Path
 ) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from driving import STEP, Helm, command
+from durations import rest_long
 from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import SetBool
 
@@ -123,7 +124,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize("name", rest_long(REFUSED, 3))
 def test_in_real_time_a_command_that_is_not_fresh_is_refused_named_and_counted(
     bench: Any, real_time: Any, simulated_time: Any, capfd: pytest.CaptureFixture[str], name: str
 ) -> None:
@@ -181,7 +182,7 @@ def test_a_plant_that_was_stopped_applies_nothing_that_waited_and_does_not_catch
     assert helm.stamps()[-1] == pytest.approx(simulated_time.now, abs=2 * STEP)
 
 
-@pytest.mark.parametrize("leap", [-3600 * S, -S, 3600 * S])
+@pytest.mark.parametrize("leap", rest_long([-3600 * S, -S, 3600 * S], 2))
 def test_after_a_step_of_the_clock_the_plant_goes_on_and_takes_new_commands_only(
     real_time: Any, simulated_time: Any, leap: int
 ) -> None:

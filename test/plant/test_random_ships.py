@@ -139,6 +139,7 @@ def results(symmetric: bool, count: int) -> Array:
     return np.array(rows)
 
 
+@pytest.mark.long
 def test_random_ships_never_gain_energy_and_stay_finite_under_bounded_inputs() -> None:
     gain, least, fastest, speed = results(True, SHIPS).T
     assert gain.max() <= 1e-9

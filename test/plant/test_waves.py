@@ -89,6 +89,7 @@ def test_velocities_are_the_rates_of_the_pose(ship: list[float], direction: floa
     np.testing.assert_allclose(rates, [u * c - v * s, u * s + v * c, r], atol=1e-5)
 
 
+@pytest.mark.long
 def test_the_hull_follows_long_waves_like_a_water_particle() -> None:
     sea = one_wave(peak_period=30.0, hull_length=0.5, hull_draught=0.01)
     amplitude = 1.0 / math.sqrt(8.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from connection_mistakes import MISTAKES, changed, clock_set, columns
 from connections import SHIP, healthy, of
+from durations import rest_long
 
 from vessel_hsmc_ros.boats.parameters import interface
 from vessel_hsmc_ros.core import schema
@@ -25,7 +26,7 @@ def test_a_healthy_connection_has_no_mistakes(seed: int) -> None:
     assert {"velocities", "sign of force", "sign of moment", "stop", "time-out"} <= {f.about for f in found if f.level == OK}
 
 
-@pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.parametrize("mistake", rest_long(MISTAKES, 10))
 def test_each_planted_mistake_is_named(mistake: str) -> None:
     plant, expected = MISTAKES[mistake]
     wrong = of(judge(plant(healthy())), WRONG)

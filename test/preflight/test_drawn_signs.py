@@ -8,13 +8,14 @@ import pytest
 from connection_mistakes import MISTAKES, changed, columns
 from connections import healthy, of
 from drawn_drives import HAND, LOOPS, draw, judged, sail
+from durations import rest_long
 
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection
 from vessel_hsmc_ros.preflight.rules import judge
 from vessel_hsmc_ros.preflight.sign_rules import GRID, effect, smoothed_command, tracked
 
 
-@pytest.mark.parametrize("seed", [101, 102])
+@pytest.mark.parametrize("seed", rest_long([101, 102]))
 def test_no_sign_of_a_drawn_boat_is_false_and_a_good_part_is_shown(seed: int) -> None:
     boats = [boat._replace(seconds=min(boat.seconds, 60.0), begin=0.0) for boat in draw(seed, 40)]
     shown = 0
@@ -26,6 +27,7 @@ def test_no_sign_of_a_drawn_boat_is_false_and_a_good_part_is_shown(seed: int) ->
     assert shown > 0.25 * 2 * len(boats)
 
 
+@pytest.mark.long
 def test_throttle_that_goes_with_turns_accuses_no_drive() -> None:
     drives = [drive for drive in HAND if "turns" in drive]
     (first,) = draw(5, 1)
@@ -38,7 +40,7 @@ def test_throttle_that_goes_with_turns_accuses_no_drive() -> None:
         assert all(level != WRONG for _, _, level in signs), boat
 
 
-@pytest.mark.parametrize(("flip", "level"), [("right", OK), ("both reversed", WRONG)])
+@pytest.mark.parametrize(("flip", "level"), rest_long([("right", OK), ("both reversed", WRONG)]))
 def test_speeds_that_follow_the_measured_speed_are_judged_right_or_not_at_all(flip: str, level: str) -> None:
     drives = [drive for drive in LOOPS if "cmd_vel" in drive]
     boats = [boat._replace(flip=flip, seconds=60.0, begin=0.0, hull="boat", lag=0.0, dead=0.0) for boat in draw(6, 8, drives)]
@@ -133,7 +135,7 @@ def steps(seed: int, low: float) -> tuple[np.ndarray, np.ndarray]:
     return smoothed_command(command, WIDTH), np.column_stack((np.cos(psi), np.sin(psi)))
 
 
-@pytest.mark.parametrize("speed", [-1.0, -0.15, 0.15, 3.0])
+@pytest.mark.parametrize("speed", rest_long([-1.0, -0.15, 0.15, 3.0]))
 def test_a_current_that_carries_a_boat_shows_no_sign(speed: float) -> None:
     """A boat that no command moves, of commands to one side."""
     for seed in range(40):

@@ -59,6 +59,7 @@ def test_the_parameters_that_are_read_are_those_that_are_judged(firmware: str) -
     assert set(NAMES[firmware]) - judged <= {"MAV_GCS_SYSID_HI", "BATT_LOW_MAH"}, "which belong to the rule of another one"
 
 
+@pytest.mark.long
 @given(st.sets(st.sampled_from(FLIPPED), min_size=1))
 def test_those_that_are_off_are_wrong_and_no_other(flipped: set[tuple[str, str]]) -> None:
     for firmware in RULES:
@@ -79,6 +80,7 @@ def test_a_parameter_that_has_not_come_is_not_shown_and_never_ok(data: st.DataOb
     assert all("not shown" in each.text for each in found if set(each.about.split(" or ")) & missing)
 
 
+@pytest.mark.long
 @given(st.sampled_from(list(RULES)), st.data())
 def test_any_number_has_a_verdict(firmware: str, data: st.DataObject) -> None:
     values = {name: data.draw(st.floats(allow_nan=False, allow_infinity=False, width=32)) for name in SAFE[firmware]}

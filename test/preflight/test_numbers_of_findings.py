@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from connection_mistakes import changed, columns, every, times
 from connections import healthy, of, with_sensors
+from durations import rest_long
 
 from vessel_hsmc_ros.preflight.connection import TODO, WRONG, Connection
 from vessel_hsmc_ros.preflight.rules import judge
@@ -91,7 +92,7 @@ CASES: dict[str, tuple[Callable[[Connection], Connection], str, tuple[float, ...
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", rest_long(CASES, 11))
 def test_the_numbers_of_a_mistake_are_those_that_were_planted(name: str) -> None:
     plant, pattern, expected = CASES[name]
     found = judge(plant(healthy()))

@@ -16,7 +16,7 @@ cli(["demo"])
 """
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_three_laws_run_over_nodes_and_end_in_one_page_and_one_table(tmp_path: Path) -> None:
     command = Command(
         [sys.executable, "-c", SHORT], tmp_path, {"ROS_DOMAIN_ID": ""}

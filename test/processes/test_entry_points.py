@@ -55,7 +55,7 @@ def test_without_the_message_package_a_node_names_the_way_to_install_it_in_one_l
 
 @pytest.mark.parametrize(
     ("module", "remedy"),
-    [("rclpy", "nodes need ROS 2"), ("vessel_hsmc_msgs", "`pip install` its wheel"), ("rich", "`pip install rich`")],
+    rest_long([("rclpy", "nodes need ROS 2"), ("vessel_hsmc_msgs", "`pip install` its wheel"), ("rich", "`pip install rich`")]),
 )
 def test_the_command_run_names_a_missing_module_and_its_remedy(tmp_path: Path, module: str, remedy: str) -> None:
     code = "sys.argv[1:] = ['run', 'case2_tracking']; from vessel_hsmc_ros.cli.main import main; sys.exit(main())"
@@ -119,7 +119,7 @@ def import_without(absent: tuple[str, ...], modules: list[str]) -> str:
     return done.stderr
 
 
-@pytest.mark.parametrize("declaring", [False, True], ids=["nodes_without_libraries", "nodes_with_libraries"])
+@pytest.mark.parametrize("declaring", rest_long([False, True]), ids=["nodes_without_libraries", "nodes_with_libraries"])
 def test_nodes_import_no_library_but_those_they_declare(declaring: bool) -> None:
     absent = {"px4"} if definitions.environment("px4_msgs") is None else set()
     programs = [program for name, program in PROGRAMS.items() if bool(program.libraries) == declaring and name not in absent]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bag_making
 import pytest
+from durations import rest_long
 from harness import BIN
 from mounting import READ_ONLY, mounted
 
@@ -42,6 +43,7 @@ for name, arguments in {verbs!r}.items():
 """
 
 
+@pytest.mark.long
 def test_in_the_c_locale_every_verb_works(tmp_path: Path) -> None:
     """In one process, as they share what they import."""
     bag_making.write_run(tmp_path / "bag", 20)
@@ -69,7 +71,9 @@ def test_a_run_of_the_nodes_works_in_the_c_locale_with_closed_standard_input(tmp
     assert b"run folder: " in done.stdout
 
 
-@pytest.mark.parametrize("arguments", [["vessels"], ["parameters", "--json"], ["scenarios", "case2_tracking"], ["--help"]])
+@pytest.mark.parametrize(
+    "arguments", rest_long([["vessels"], ["parameters", "--json"], ["scenarios", "case2_tracking"], ["--help"]])
+)
 def test_output_to_a_full_disk_ends_with_a_line_and_exit_code_1(arguments: list[str]) -> None:
     with Path("/dev/full").open("wb") as full:
         done = subprocess.run([BIN / "vessel-hsmc", *arguments], stdout=full, stderr=subprocess.PIPE, timeout=120.0, check=False)
@@ -77,6 +81,7 @@ def test_output_to_a_full_disk_ends_with_a_line_and_exit_code_1(arguments: list[
     assert done.stderr == b"error: the output: No space left on device\n"
 
 
+@pytest.mark.long
 def test_a_terminal_of_unknown_width_has_tables_too() -> None:
     environment = {**os.environ, "COLUMNS": "0"}
     done = subprocess.run([BIN / "vessel-hsmc", "vessels"], capture_output=True, timeout=120.0, env=environment, check=True)
@@ -107,6 +112,7 @@ def on_a_terminal(arguments: list[str], folder: Path, **environment: str) -> str
     return output.decode()
 
 
+@pytest.mark.long
 def test_a_dumb_terminal_gets_lines_without_control_sequences(tmp_path: Path) -> None:
     text = on_a_terminal(["simulate", "case2_tracking", *SECOND, "--no-page"], tmp_path, TERM="dumb")
     assert "\x1b" not in text

@@ -85,6 +85,7 @@ def test_a_killed_node_ends_the_run_and_is_named(start: Any) -> None:
     assert json.loads((folder / "run.json").read_text())["exit_code"] == 1
 
 
+@pytest.mark.long
 def test_a_killed_process_of_all_nodes_ends_the_run_and_what_was_flushed_of_its_bag_is_kept(start: Any) -> None:
     command, folder = started(start, "--composed")
     nodes = nodes_of(command)
@@ -107,12 +108,14 @@ def check_interrupted(command: Any, folder: Path, number: int, send: Any) -> Non
     assert "0 dropped" in "".join(log.read_text() for log in (folder / "logs").iterdir())
 
 
+@pytest.mark.long
 @FORMS
 def test_a_signal_to_the_command_alone_ends_the_run_in_order_with_a_complete_bag(start: Any, form: str) -> None:
     command, folder = started(start, form)
     check_interrupted(command, folder, signal.SIGTERM, os.kill)
 
 
+@pytest.mark.long
 @FORMS
 def test_a_hanging_node_ends_the_run_and_is_named(start: Any, form: str) -> None:
     command, folder = started(start, form)
@@ -125,6 +128,7 @@ def test_a_hanging_node_ends_the_run_and_is_named(start: Any, form: str) -> None
     check_bag(folder)
 
 
+@pytest.mark.long
 @FORMS
 def test_when_the_command_is_killed_its_nodes_end_and_the_bag_is_complete(start: Any, form: str) -> None:
     command, folder = started(start, form)
@@ -249,6 +253,7 @@ def test_repeated_sigint_during_shutdown_does_not_change_the_exit_code(start: An
     assert command.popen.returncode == 0, command.text
 
 
+@pytest.mark.long
 def test_a_second_run_and_a_second_plant_in_the_same_domain_are_refused_and_the_first_run_goes_on_until_ctrl_c(
     start: Any,
 ) -> None:

@@ -49,6 +49,7 @@ def contents(bag: Bag, *topics: str) -> list[list[str]]:
     return [[str(message) for _, _, message in bag.messages(topic)] for topic in topics]
 
 
+@pytest.mark.long
 def test_two_lockstep_runs_of_a_script_are_alike_and_a_silent_input_leads_to_the_safe_action_and_back(
     carried_out: Any, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

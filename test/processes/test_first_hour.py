@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from durations import rest_long
 from harness import exit_code, run_folder
 
 BOAT = ("--length", 4, "--mass", 500, "--surge-force-limit", 300, "--yaw-moment-limit", 250, "--wind", 5)
@@ -48,7 +49,7 @@ def test_two_commands_lead_from_a_boats_main_data_to_a_page_with_less_than_2_cm_
     assert "position error is" in (folder / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("verb", ["simulate", "run"])
+@pytest.mark.parametrize("verb", rest_long(["simulate", "run"]))
 def test_every_run_of_a_sweep_is_repeated_bit_identically(execute: Execute, tmp_path: Path, verb: str) -> None:
     if verb == "run":
         pytest.importorskip("rclpy")

@@ -90,7 +90,7 @@ def test_the_bag_of_a_fleet_is_reported_by_itself(two: Path, tmp_path: Path) -> 
     assert one.scenario.vessel_sim.initial_pose[1] == 51.0
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_a_killed_node_of_a_vessel_ends_the_run_and_is_named_with_it(start: Start) -> None:
     command = start("vessel-hsmc", "run", "case2_tracking", "--vessels", "2", "--set", "vessel_sim.duration=400")
 
@@ -107,7 +107,7 @@ def test_a_killed_node_of_a_vessel_ends_the_run_and_is_named_with_it(start: Star
     assert not children(command.popen.pid)
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_vessels_in_real_time_keep_to_the_wall_clock(start: Start) -> None:
     changes = ["--set", "controller.law=guided", "--set", "vessel_sim.duration=1"]
     command = start("vessel-hsmc", "run", "case2_tracking", "--vessels", "2", "--real-time", "--no-page", *changes)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from harness import Command, run_folder
 
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
@@ -11,6 +12,7 @@ from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 Start = Callable[..., Command]
 
 
+@pytest.mark.long
 def test_a_boat_and_a_mission_give_an_answer_a_page_and_an_exit_code(start: Start, tmp_path: Path) -> None:
     boat, way = tmp_path / "boat.yaml", tmp_path / "way.csv"
     boat.write_text(scenario_text("boat", MainData(length=4.0, power=900.0, battery=500.0)), encoding="utf-8")

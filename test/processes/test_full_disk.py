@@ -71,6 +71,7 @@ def test_a_disk_that_is_full_from_the_start_is_one_line(
     assert str(small_disk) in line
 
 
+@pytest.mark.long
 def test_a_simulation_whose_bag_does_not_fit_reports_no_complete_bag(start: Start, small_disk: Path) -> None:
     command = start("vessel-hsmc", "simulate", "case2_tracking", "--output", small_disk)
     assert command.wait() == 1

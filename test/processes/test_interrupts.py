@@ -74,6 +74,7 @@ def test_ctrl_c_ends_the_command_with_one_line_and_130(start: Start, tmp_path: P
     assert line == "interrupted"
 
 
+@pytest.mark.long
 def test_a_second_ctrl_c_ends_the_command_at_once(start: Start) -> None:
     command = start("vessel-hsmc", *SIMULATE, "--interpreted")
     command.until(lambda: "simulating case2_tracking: " in command.text)

@@ -81,6 +81,7 @@ def decoded(channel: Any, data: Any) -> Any:
     return store.deserialize_cdr(data, channel["schemaName"])
 
 
+@pytest.mark.long
 def test_a_client_receives_decodable_messages_and_the_run_loses_nothing(tmp_path: Path) -> None:
     port = free_port()
     command = live_run(tmp_path, port)

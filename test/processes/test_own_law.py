@@ -109,6 +109,7 @@ def test_the_bag_of_an_own_law_is_evaluated_without_its_code(recorded: Path) -> 
     assert np.isfinite(record.run.disturbance).all()
 
 
+@pytest.mark.long
 def test_own_laws_are_compared_in_worker_processes(folder: Path, verb: Verb) -> None:
     arguments = ["--laws", "los_pid,my_law", "--workers", "2", "--set", "vessel_sim.duration=1", "--output", "compared"]
     assert verb("compare", "circle.yaml", *LAW_FILE, *arguments) == 0

@@ -55,7 +55,7 @@ def test_a_real_time_run_is_complete_and_follows_the_lockstep_run(start: Any) ->
     assert 'id="jitter"' in (folder / "report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.long  # ten processes start at once: beside other tests they would not find each other in time
+@pytest.mark.alone  # ten processes start at once: beside other tests they would not find each other in time
 def test_two_vessels_in_two_namespaces_do_not_disturb_each_other(start: Any) -> None:
     alpha = begin(start, 2, "--no-page", "--namespace", "alpha")
     beta = begin(

@@ -220,6 +220,7 @@ def odometry_bytes(bag: Path) -> list[bytes]:
         return [bytes(data) for c, _, data in reader.messages() if c.topic == "/odom"]
 
 
+@pytest.mark.long
 def test_a_second_lockstep_run_of_a_users_file_gives_bit_identical_odometry_and_names_the_folder(
     recorded: Recorded, tmp_path: Path
 ) -> None:
@@ -249,6 +250,7 @@ def test_simulate_gives_the_same_metrics_without_ros(tmp_path: Path, recorded: R
     assert offline["metrics"] == over_ros["metrics"]
 
 
+@pytest.mark.long
 def test_simulate_does_not_import_ros(tmp_path: Path) -> None:
     code = (
         "import sys; sys.argv[1:] = ['simulate', 'case2_tracking', '--no-page', '--set', 'vessel_sim.duration=1'];"

@@ -11,7 +11,7 @@ from harness import Command, run_folder
 
 from vessel_hsmc_ros.bags.reader import open_bag
 
-pytestmark = pytest.mark.long  # a run as fast as the machine allows takes both cores from other tests
+pytestmark = pytest.mark.alone  # a run as fast as the machine allows takes both cores from other tests
 LIMIT, EXAMPLE = 240.0, Path(__file__).resolve().parents[2] / "examples" / "survey_by_position.py"
 SETTINGS = {
     "vessel_sim.duration": "0",

@@ -21,7 +21,7 @@ def soak() -> Any:
     return module
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_over_two_minutes_of_ship_time_no_node_grows_misses_a_period_or_loses_a_message(tmp_path: Path) -> None:
     """The bound is generous, as the run is short; a queue that is never emptied exceeds it nevertheless."""
     picture = tmp_path / "soak.png"

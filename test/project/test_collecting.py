@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from durations import rest_long
 
 PLUGIN = """
 import runpy
@@ -15,7 +16,7 @@ def pytest_pycollect_makemodule(module_path, parent):
 """
 
 
-@pytest.mark.parametrize("plugins", [[], ["eager"]])
+@pytest.mark.parametrize("plugins", rest_long([[], ["eager"]]))
 def test_a_module_that_skips_itself_does_not_take_its_folder_along(tmp_path: Path, plugins: list[str]) -> None:
     (tmp_path / "eager.py").write_text(PLUGIN)
     (tmp_path / "test_first.py").write_text("import pytest\npytest.importorskip('nowhere')\n")

@@ -46,6 +46,7 @@ def test_named_files_exist(page: Path) -> None:
         assert any(ROOT.glob(name.rstrip("/"))), name
 
 
+@pytest.mark.long
 @pages
 def test_commands_with_a_scenario_are_valid(page: Path) -> None:
     """Load the scenario of every `vessel-hsmc run` and `simulate`, with its changes."""

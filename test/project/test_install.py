@@ -64,7 +64,7 @@ def data(top: str) -> set[Path]:
     return {path.relative_to(ROOT) for path in (ROOT / top).rglob("*") if path.is_file() and path.suffix != ".pyc"}
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tmp_path: Path) -> None:
     prefix = tmp_path / "venv"
     check_output(sys.executable, "-m", "venv", "--without-pip", prefix, cwd=tmp_path)
@@ -87,7 +87,7 @@ def test_pip_installs_all_modules_config_launch_and_executables(source: Path, tm
     assert "messages recorded" in check_output(*command, cwd=tmp_path, environment=environment)
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_plain_colcon_build_in_a_workspace_builds_the_package_with_its_messages(source: Path) -> None:
     workspace = source.parent
     output = check_output("colcon", "build", cwd=workspace, environment=UNDERLAY, deadline=300.0)
@@ -152,7 +152,7 @@ def test_colcon_and_rosdep_find_the_messages_as_a_package_by_a_link_or_a_path(wo
         link.unlink()
 
 
-@pytest.mark.long
+@pytest.mark.alone
 def test_the_messages_are_built_once_where_colcon_finds_them_as_a_package(workspace: Path) -> None:
     paths = ("--base-paths", "src", "src/vessel_hsmc_ros/msg_defs")
     output = check_output("colcon", "build", *paths, cwd=workspace, environment=UNDERLAY, deadline=300.0)

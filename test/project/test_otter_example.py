@@ -31,6 +31,7 @@ def test_its_ship_is_that_of_the_library(otter: dict[str, Any]) -> None:
         assert otter["derivative"](state, np.array([tau[0], 0.0, tau[1]])) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.long
 def test_its_law_keeps_the_survey_in_the_current(otter: dict[str, Any]) -> None:
     times, state, desired, wrench = otter["simulate"]()
     error = np.hypot(*(state[:, :2] - desired[:, :2]).T)
@@ -40,6 +41,7 @@ def test_its_law_keeps_the_survey_in_the_current(otter: dict[str, Any]) -> None:
     assert abs(wrench[:, 1]).max() <= otter["N_MAX"]
 
 
+@pytest.mark.long
 def test_it_draws_its_picture(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, FILE, "a.png"], cwd=tmp_path, capture_output=True, text=True, timeout=300.0)
     assert "m rms" in done.stdout, done.stderr

@@ -77,6 +77,7 @@ def test_a_message_wheel_fits_if_it_is_for_this_python_this_linux_and_the_presen
     assert messages.fitting(tmp_path) == fit
 
 
+@pytest.mark.long
 def test_an_installation_without_network_names_the_cause(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

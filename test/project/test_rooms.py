@@ -8,6 +8,7 @@ from pathlib import Path
 
 import grimp
 import pytest
+from durations import rest_long
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("vessel_hsmc_ros", "vessel_sim_node")
@@ -30,13 +31,15 @@ def copy(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(
     "stray",
-    [
-        "vessel_hsmc_ros/stray.py",
-        "vessel_hsmc_ros/stray/__init__.py",
-        "vessel_hsmc_ros/control/stray.py",
-        "vessel_hsmc_ros/studies/stray.py",
-        "vessel_sim_node/stray.py",
-    ],
+    rest_long(
+        [
+            "vessel_hsmc_ros/stray.py",
+            "vessel_hsmc_ros/stray/__init__.py",
+            "vessel_hsmc_ros/control/stray.py",
+            "vessel_hsmc_ros/studies/stray.py",
+            "vessel_sim_node/stray.py",
+        ]
+    ),
 )
 def test_a_new_module_outside_the_rooms_breaks_a_contract(copy: Path, stray: str) -> None:
     (copy / stray).parent.mkdir(exist_ok=True)

@@ -8,6 +8,7 @@ from pathlib import Path
 import bag_making
 import numpy as np
 import pytest
+from durations import rest_long
 from pyarrow import parquet
 from records import circle, make_run, record
 
@@ -107,7 +108,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         page.write_csv(circle(1.0), tmp_path / "file" / "csv")
 
 
-@pytest.mark.parametrize(("kind", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
+@pytest.mark.parametrize(("kind", "start"), rest_long([("png", b"\x89PNG"), ("svg", b"<?xml")]))
 def test_figures_are_files_of_the_requested_kind(tmp_path: Path, kind: str, start: bytes) -> None:
     paths = figures.draw([record("near", 1.0), record("far", 4.0)], tmp_path / "figures", kind)
     assert {path.name for path in paths} >= {f"track.{kind}", f"errors.{kind}", f"wrench.{kind}"}

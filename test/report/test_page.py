@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from numpy.typing import NDArray
 from records import circle, make_run, record
 from unrendered import leave_unrendered
@@ -161,7 +162,7 @@ def test_deviations_of_sensors_and_observer_from_the_truth_are_shown() -> None:
     assert lines(**{"controller.observer.enabled": False})["position, deviation from the truth"] == ["measured"]
 
 
-@pytest.mark.parametrize("jitter", [0.0, 1e-3])
+@pytest.mark.parametrize("jitter", rest_long([0.0, 1e-3]))
 def test_a_histogram_of_the_control_intervals_is_shown_where_they_vary(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jitter: float
 ) -> None:

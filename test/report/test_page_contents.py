@@ -93,6 +93,7 @@ def test_runs_with_unlike_plans_show_both_and_runs_with_one_plan_show_it_once() 
     ]
 
 
+@pytest.mark.long
 def test_the_fence_of_runs_is_drawn_once_in_page_and_figure() -> None:
     square = [-400.0, -400.0, 400.0, -400.0, 400.0, 400.0, -400.0, 400.0, -400.0, -400.0]
     fenced = replace(

@@ -11,6 +11,7 @@ import browser as chromium
 import numpy as np
 import pytest
 from browser import Browser
+from durations import rest_long
 from records import record
 
 from vessel_hsmc_ros import report
@@ -83,6 +84,7 @@ def text(window: Browser, selector: str) -> list[str]:
     )
 
 
+@pytest.mark.long
 def test_the_verdict_is_at_the_top_and_names_the_runs_if_there_are_several(window: Browser, pages: Path) -> None:
     window.open(pages / "one.html")
     assert text(window, "#verdict p") == ["It tracks the reference."]
@@ -90,6 +92,7 @@ def test_the_verdict_is_at_the_top_and_names_the_runs_if_there_are_several(windo
     assert text(window, "#verdict p") == ["one: It tracks the reference.", "a law with a long name: It drifts <away>."]
 
 
+@pytest.mark.long
 def test_an_event_in_the_list_moves_the_slider_and_shows_its_label_on_the_diagrams(page: Browser) -> None:
     assert text(page, "#events time") == ["1.0 s", "3.0 s", "3.0 s"]
     entry = page.driver.find_elements("css selector", "#events button")[1]
@@ -103,6 +106,7 @@ def test_an_event_in_the_list_moves_the_slider_and_shows_its_label_on_the_diagra
     assert text(page, "#panel-0 .flag.active + .label") == ["3.0 s · pause: vessel_sim\n3.0 s · resume: <b>vessel_sim</b>"]
 
 
+@pytest.mark.long
 def test_events_are_at_their_times_and_close_ones_share_a_flag(page: Browser) -> None:
     page.show_diagram(0)
     assert text(page, "#panel-0 .flag") == ["", "2"]
@@ -114,6 +118,7 @@ def test_events_are_at_their_times_and_close_ones_share_a_flag(page: Browser) ->
     assert lines == pytest.approx(places, abs=1.0)
 
 
+@pytest.mark.long
 def test_limits_are_drawn_and_named_with_their_values(page: Browser) -> None:
     index = index_of(page, "surge force")
     page.show_diagram(index)
@@ -164,6 +169,7 @@ def test_help_is_shown_on_request(page: Browser) -> None:
     assert help_text.text == "What position error shows."
 
 
+@pytest.mark.long
 def test_the_shown_data_are_exported_as_csv(page: Browser, downloaded: Callable[[str], Path]) -> None:
     index = index_of(page, "surge velocity")
     page.show_diagram(index)
@@ -188,6 +194,7 @@ def test_lines_with_times_of_their_own_have_empty_cells_in_the_csv(window: Brows
     assert rows.splitlines() == ['time [s],"a, b [N]","a, b [N]"', "1,,1e-7", "1.5,,5"]
 
 
+@pytest.mark.long
 def test_diagrams_and_map_are_exported_as_pictures(page: Browser, downloaded: Callable[[str], Path]) -> None:
     index = index_of(page, "surge force")
     page.show_diagram(index)
@@ -203,6 +210,7 @@ def test_diagrams_and_map_are_exported_as_pictures(page: Browser, downloaded: Ca
         assert downloaded(name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_slider_and_map_are_moved_by_keys(page: Browser) -> None:
     actions = ActionChains(page.driver)
     page.run("document.activeElement.blur()")
@@ -218,8 +226,8 @@ def test_slider_and_map_are_moved_by_keys(page: Browser) -> None:
     assert page.run("return report.map.view.scale") == pytest.approx(scale)
 
 
-@pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize("name", ["one", "three"])
+@pytest.mark.parametrize("dark", rest_long([False, True]))
+@pytest.mark.parametrize("name", rest_long(["one", "three"]))
 def test_nothing_is_wider_than_a_telephone(window: Browser, pages: Path, name: str, dark: bool) -> None:
     window.open(pages / f"{name}.html", width=TELEPHONE, dark=dark)
     window.run(
@@ -241,7 +249,7 @@ def test_nothing_is_wider_than_a_telephone(window: Browser, pages: Path, name: s
     assert window.console() == []
 
 
-@pytest.mark.parametrize("width", [TELEPHONE, 1280])
+@pytest.mark.parametrize("width", rest_long([TELEPHONE, 1280]))
 def test_names_and_controls_of_the_map_do_not_cover_it(window: Browser, pages: Path, width: int) -> None:
     window.open(pages / "three.html", width=width)
     boxes = window.run(

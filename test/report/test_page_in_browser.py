@@ -10,6 +10,7 @@ import browser as chromium
 import numpy as np
 import pytest
 from browser import Browser
+from durations import rest_long
 
 from vessel_hsmc_ros import report
 from vessel_hsmc_ros.core.hull import BEAM, LENGTH
@@ -93,6 +94,7 @@ def test_the_slider_moves_the_ship_to_its_pose_at_that_time(page: Browser, runs:
     assert numbers[2] == pytest.approx(-np.degrees(psi), abs=0.01)
 
 
+@pytest.mark.long
 def test_the_hull_is_drawn_to_scale(page: Browser) -> None:
     box = page.run("const box = document.querySelector('.hull.ship').getBBox(); return [box.width, box.height]")
     assert box == pytest.approx([LENGTH, BEAM], rel=1e-3)
@@ -101,6 +103,7 @@ def test_the_hull_is_drawn_to_scale(page: Browser) -> None:
     assert float(scale[1]) == pytest.approx(page.run("return report.map.view.scale"))
 
 
+@pytest.mark.long
 def test_every_diagram_shows_time_and_value_at_the_slider(page: Browser, runs: list[Recorded]) -> None:
     _, run = runs[0]
     slide(page, 5.0)
@@ -117,6 +120,7 @@ def test_every_diagram_shows_time_and_value_at_the_slider(page: Browser, runs: l
     assert distance.min() * 0.995 <= float(shown) <= distance.max() * 1.005  # three significant digits
 
 
+@pytest.mark.long
 def test_dragging_over_one_diagram_zooms_all_and_a_double_click_zooms_out(page: Browser) -> None:
     windows = "return report.charts.filter((chart) => chart.drawn && !chart.stale).map((chart) => chart.plot.layout.xaxis.range)"
     settled = "!report.charts.some((chart) => chart.onScreen && chart.stale)"
@@ -135,6 +139,7 @@ def test_dragging_over_one_diagram_zooms_all_and_a_double_click_zooms_out(page: 
     assert page.run(windows)[0] == [0.0, 20.0]
 
 
+@pytest.mark.long
 def test_drawn_lines_keep_their_minimum_and_maximum(page: Browser, runs: list[Recorded]) -> None:
     _, run = runs[0]
     index = page.run("return report.charts.findIndex((chart) => chart.panel.title === 'surge force')")
@@ -144,6 +149,7 @@ def test_drawn_lines_keep_their_minimum_and_maximum(page: Browser, runs: list[Re
     assert "beyond the scale" in page.run("return report.charts[arguments[0]].note.textContent", index)
 
 
+@pytest.mark.long
 def test_playback_starts_and_stops(page: Browser) -> None:
     button = page.driver.find_element("id", "play")
     button.click()
@@ -152,12 +158,14 @@ def test_playback_starts_and_stops(page: Browser) -> None:
     assert page.run("return report.player.playing") is False
 
 
+@pytest.mark.long
 def test_parameters_are_found_by_name(page: Browser) -> None:
     page.driver.find_element("id", "search").send_keys("hierarchical_printed.heading_weight")
     names = "[...document.querySelectorAll('#parameters tr:not([hidden]) code')].filter((name) => name.offsetParent)"
     assert page.run(f"return {names}.map((name) => name.textContent)") == ["hierarchical_printed.heading_weight"]
 
 
+@pytest.mark.long
 def test_several_runs_are_overlaid(window: Browser, pages: Path, tmp_path: Path) -> None:
     window.open(pages / "two.html")
     window.show_diagram(0)
@@ -169,6 +177,7 @@ def test_several_runs_are_overlaid(window: Browser, pages: Path, tmp_path: Path)
     assert window.console() == []
 
 
+@pytest.mark.long
 def test_tables_of_several_runs_fit_a_page_of_1280_pixels(window: Browser, runs: list[Recorded], tmp_path: Path) -> None:
     circle, straight = (made for made, _ in runs)
     laws = ("hierarchical_printed", "guided", "los_pid", "a law with a long name")
@@ -194,8 +203,8 @@ def test_the_metrics_of_two_runs_are_above_the_diagrams_beside_the_map(window: B
     assert right <= 1280
 
 
-@pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize("width", [390, 1280])
+@pytest.mark.parametrize("dark", rest_long([False, True]))
+@pytest.mark.parametrize("width", rest_long([390, 1280]))
 def test_light_and_dark_theme_have_high_contrast_at_any_width(
     window: Browser, pages: Path, tmp_path: Path, width: int, dark: bool
 ) -> None:

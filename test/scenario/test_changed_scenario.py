@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, VesselHsmcError
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names
@@ -18,7 +19,7 @@ CHANGES: list[dict[str, Any]] = [
 ]
 
 
-@pytest.mark.parametrize("name", scenario_names())
+@pytest.mark.parametrize("name", rest_long(scenario_names(), 5))
 def test_a_changed_scenario_is_the_one_loaded_with_the_changes(name: str) -> None:
     scenario = load_scenario(name)
     for changes in CHANGES:

@@ -4,6 +4,7 @@ from itertools import permutations
 from pathlib import Path
 
 import pytest
+from durations import rest_long
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -67,7 +68,7 @@ class CommandLine:
         assert [type(value) for value in found.values()] == [type(value) for value in self.expected.values()]
 
 
-@pytest.mark.parametrize("node", NODES)
+@pytest.mark.parametrize("node", rest_long(NODES))
 def test_the_last_of_two_values_counts_from_every_two_sources_and_of_every_two_types(tmp_path: Path, node: str) -> None:
     texts = list(permutations(VALUES, 2))
     for number, (first, second) in enumerate(permutations([*REACHED, *RULES], 2)):

@@ -1,6 +1,7 @@
 """Settings that are given and have no effect are named, and no others."""
 
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
@@ -131,7 +132,7 @@ def test_settings_of_another_mode_are_named_if_they_are_given_on_the_command_lin
     assert f"reference_ship.mode is not {mode}" in ineffective("reference_ship", other, [name], [name])[-1]
 
 
-@pytest.mark.parametrize("name", [*scenario_names(), "thrusters/case2_thrusters"])
+@pytest.mark.parametrize("name", rest_long([*scenario_names(), "thrusters/case2_thrusters"], 5))
 def test_the_files_of_the_package_have_no_setting_without_effect_and_neither_has_the_file_of_their_run(name: str) -> None:
     scenario = load_scenario(share_directory() / "config" / f"{name}.yaml")
     assert check_effects(scenario) == []

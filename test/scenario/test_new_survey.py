@@ -35,6 +35,7 @@ def sails(scenario: Scenario, survey: NewSurvey) -> None:
     assert 1.1 * planned_time(scenario) <= scenario.vessel_sim.duration <= 1.1 * planned_time(scenario) + 10.0
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(
     st.sampled_from(sorted(TEXTS)),
@@ -53,6 +54,7 @@ def test_a_new_survey_has_the_legs_that_are_given_and_a_run_as_long_as_they_take
     assert check_scenario(scenario) == check_effects(scenario) == []
 
 
+@pytest.mark.long
 def test_init_writes_the_survey_that_its_option_gives(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     done = CliRunner().invoke(cli, ["init", str(path), "--vessel", "otter", "--survey", "3,50,-9,0.8", "--no-check"])

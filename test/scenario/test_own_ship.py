@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from durations import rest_long
 
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, NOT_DECLARED
 from vessel_hsmc_ros.core import schema
@@ -105,8 +106,8 @@ SPARSE = MainData(gps_noise=0.1)
 OTHER = MainData(5.0, 2.1, 600.0, 150.0, 70.0, 2.9, 3.0, 0.2, 0.4, 0.3, 2.0, 900.0, 500.0)
 
 
-@pytest.mark.parametrize("layout", [None, TWIN], ids=["wrench", "thrusters"])
-@pytest.mark.parametrize("name", vars(SPARSE))
+@pytest.mark.parametrize("layout", rest_long([None, TWIN]), ids=["wrench", "thrusters"])
+@pytest.mark.parametrize("name", rest_long(vars(SPARSE)))
 def test_each_datum_that_is_given_counts_with_thrusters_and_without(name: str, layout: ThrusterLayout | None) -> None:
     texts = (scenario_text("mine", data, layout) for data in (SPARSE, replace(SPARSE, **{name: getattr(OTHER, name)})))
     estimated, given = map(yaml.safe_load, texts)

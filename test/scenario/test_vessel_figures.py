@@ -93,5 +93,6 @@ def test_figures_that_need_a_missing_limit_are_not_numbers() -> None:
     assert math.isnan(of("paper_ship").turning_rate)
 
 
+@pytest.mark.long
 def test_the_tables_in_the_docs_are_those_that_the_command_prints() -> None:
     assert markdown() in DOCS.read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from durations import rest_long
 from geometry_msgs.msg import WrenchStamped
 from raw_messages import TARGETS, attack
 
@@ -15,7 +16,7 @@ from vessel_hsmc_ros.nodes.base import decoded, serialized
 MESSAGES = 60
 
 
-@pytest.mark.parametrize("name", [name for name in TARGETS if name != "recorder"])
+@pytest.mark.parametrize("name", rest_long([name for name in TARGETS if name != "recorder"]))
 def test_a_node_survives_mutated_messages_and_answers_valid_ones_within_its_limits(name: str, tmp_path: Path) -> None:
     with attack(name, tmp_path) as attacked:
         attacked.send(MESSAGES)
@@ -23,6 +24,7 @@ def test_a_node_survives_mutated_messages_and_answers_valid_ones_within_its_limi
         assert attacked.stop() == 0
 
 
+@pytest.mark.long
 def test_a_bag_with_mutated_messages_is_complete_and_read_or_refused_in_one_line(tmp_path: Path) -> None:
     with attack("recorder", tmp_path) as attacked:
         attacked.send(19)  # it publishes once a second only

@@ -125,6 +125,7 @@ def modules_of_kernels() -> set[Path]:
     return {Path(str(file)) for file in files}
 
 
+@pytest.mark.long
 def test_all_that_machine_code_is_made_of_is_in_the_key() -> None:
     assert len(modules_of_kernels()) > 40
     assert modules_of_kernels() - set(compilation.kernel_sources()) == set()

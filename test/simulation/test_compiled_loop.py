@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 from hulls import COUPLING
 
 from vessel_hsmc_ros.control.laws import LAWS
@@ -67,8 +68,8 @@ def test_a_scenario_runs_compiled_to_the_same_bits(name: str) -> None:
     assert_same_run(load_scenario(name, {"vessel_sim.duration": SECONDS}))
 
 
-@pytest.mark.parametrize("law", compilable_laws())
-@pytest.mark.parametrize("changes", [{}, ROUGH], ids=["calm", "rough"])
+@pytest.mark.parametrize("law", rest_long(compilable_laws()))
+@pytest.mark.parametrize("changes", rest_long([{}, ROUGH]), ids=["calm", "rough"])
 def test_a_law_runs_compiled_to_the_same_bits(law: str, changes: dict[str, object]) -> None:
     assert_same_run(scenario_of("case2_tracking", law, **changes))
 

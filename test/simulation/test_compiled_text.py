@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from compiling import as_plain_python
+from durations import rest_long
 
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Published, Run
@@ -95,8 +96,8 @@ def same(first: Any, second: Any) -> bool:
     return first is second or bool(np.array_equal(first, second, equal_nan=first.dtype.kind == "f"))
 
 
-@pytest.mark.parametrize("observed", [False, True])
-@pytest.mark.parametrize("made", ["unlike", "thrusters", "stranger"])
+@pytest.mark.parametrize("observed", rest_long([False, True]))
+@pytest.mark.parametrize("made", rest_long(["unlike", "thrusters", "stranger"]))
 def test_the_text_of_the_compiled_loop_gives_the_run_of_the_classes(made: str, observed: bool) -> None:
     loop = ClosedLoop(scenario_of(made, observed))
     assert isinstance(loop._loop, CompiledLoop)

@@ -16,6 +16,7 @@ from vessel_hsmc_ros.simulation.environment import FARTHEST, VesselEnv
 CALM = {"vessel_sim.sensors.position_noise": 0.0, "vessel_sim.sensors.heading_noise": 0.0}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scenario", ["realistic", "case2_tracking"])
 def test_gymnasium_finds_nothing_wrong(scenario: str) -> None:
     check_env(VesselEnv(scenario, seconds=5.0), skip_render_check=True)

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pytest
 
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -39,6 +40,7 @@ def sailed(follow: str) -> tuple[float, float]:
     return metrics.legs_missed, float(np.hypot(*(run.state - run.reference)[:, :2].T).max())
 
 
+@pytest.mark.long
 def test_with_half_of_a_thruster_a_survey_skips_parts_of_its_legs_only_where_the_reference_does_not_wait() -> None:
     (missed_by_time, farthest_by_time), (missed, farthest) = sailed("time"), sailed("vessel")
     assert missed_by_time > 0.04

@@ -55,6 +55,7 @@ def test_the_recorded_accelerations_add_up_to_the_change_of_velocity() -> None:
     np.testing.assert_allclose(acceleration[50:-1], change[50:], rtol=0.05, atol=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", ["guided", "los_pid"])
 def test_with_the_observer_a_law_tracks_from_noisy_poses_alone(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """A position at 5 Hz that is off by half a metre, a heading at 10 Hz off by 0.3°, no velocity at all."""

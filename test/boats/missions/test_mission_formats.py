@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from durations import rest_long
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mission_writing import (
@@ -39,7 +40,7 @@ OFFSETS = st.lists(st.tuples(*[st.floats(-20e3, 20e3)] * 2), min_size=2, max_siz
 Read = Callable[..., Mission]
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", rest_long(DIALECTS, 5))
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(places=OFFSETS)
 def test_every_format_reads_back_to_the_same_metres(read: Read, dialect: str, places: list[tuple[float, float]]) -> None:
@@ -64,7 +65,7 @@ def test_a_table_in_metres_reads_back_with_speeds_and_holds(read: Read, rows: li
     assert [point.corner for point in found.points] == ["stop" if row[3] else "through" for row in rows]
 
 
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", rest_long(DIALECTS, 7))
 def test_a_file_that_is_cut_off_anywhere_is_an_error_of_one_line_or_a_shorter_mission(read: Read, dialect: str) -> None:
     text = DIALECTS[dialect](PLACES).rstrip()
     for end in range(0, len(text), max(1, len(text) // 150)):
@@ -100,7 +101,7 @@ def spots(value: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return found
 
 
-@pytest.mark.parametrize("dialect", [name for name in DIALECTS if name.endswith(("plan", "cpm", "geojson"))])
+@pytest.mark.parametrize("dialect", rest_long([name for name in DIALECTS if name.endswith(("plan", "cpm", "geojson"))]))
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_value_of_another_kind_is_an_error_of_one_line_or_without_effect(read: Read, dialect: str, data: st.DataObject) -> None:

@@ -73,6 +73,7 @@ def test_a_mission_that_was_sailed_to_its_end_is_completed_and_an_empty_track_co
     assert completed(mission(*LAWN), np.full((5, 2), np.nan), 2.0) == 0
 
 
+@pytest.mark.long
 def test_the_planned_motion_of_a_vessel_completes_every_leg_as_far_as_it_has_come() -> None:
     """Corners are cut, and a stop is not overshot."""
     points = [*mission(*LAWN).points]
@@ -160,6 +161,7 @@ def test_a_leg_stays_within_a_concave_area_only_with_all_of_it(
     assert (not breaches(legs, [Fence(CONCAVE, True, "f")], ["a", "b"])) == kept
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(-150, 150)] * 2), min_size=2, max_size=2),

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import pytest
+from durations import rest_long
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from rclpy.qos import qos_profile_sensor_data
 from std_msgs.msg import Float64, UInt16
@@ -93,7 +94,7 @@ def test_a_command_arrives_in_the_units_and_within_the_limits_of_its_form(
     assert max(changes) < abs(expected[0]), "the output begins with a ramp"
 
 
-@pytest.mark.parametrize("form", ["normalised", "helm", "cmd_vel"])
+@pytest.mark.parametrize("form", rest_long(["normalised", "helm", "cmd_vel"], 2))
 def test_without_commands_the_output_ramps_to_zero_and_then_ends(bench: Any, form: str) -> None:
     stack = Stack(bench, form)
     full = (1.5, -0.2) if form == "cmd_vel" else (1.0, 1.0)

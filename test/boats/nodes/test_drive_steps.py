@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 import pytest
+from durations import rest_long
 from forwarded_share import Period, compare
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -110,7 +111,7 @@ def test_each_input_that_falls_silent_ends_the_output_and_again(make: Any, form:
         made.silent = ""
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", rest_long(range(2)))
 def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(make: Any, seed: int) -> None:
     compare(make("normalised"), seed, 2000, 1e-6, is_autopilot=False)
 

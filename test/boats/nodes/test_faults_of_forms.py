@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 from driving import RealTimePlant
+from durations import rest_long
 from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import Imu, NavSatFix
@@ -122,7 +123,7 @@ FAULTS: dict[type, dict[str, tuple[Any, str]]] = {
 }
 
 
-@pytest.mark.parametrize("kind", FAULTS, ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("kind", rest_long(FAULTS), ids=lambda kind: kind.__name__)
 def test_each_fault_of_a_state_leads_to_the_safe_action_and_back(bench: Any, simulated_time: Any, kind: Any) -> None:
     simulated_time.now = 5_000_000_000
     sea = kind(bench, simulated_time)
@@ -166,7 +167,7 @@ def surge(message: Any) -> float:
     return float(message.data if isinstance(message, Float64) else message.wrench.force.x)
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", rest_long(FORMS))
 def test_each_fault_of_a_command_ends_the_output_and_a_good_one_goes_on(bench: Any, form: str) -> None:
     limits = {"surge_force_limit": 200.0, "yaw_moment_limit": 50.0, "ramp_time": 0.05, "rate_hz": 100.0, "command_timeout": 0.2}
     first = next(iter(FORMS[form]))

@@ -82,6 +82,7 @@ def test_nothing_is_requested_where_the_stream_is_switched_off(bench: Any) -> No
     assert not [each for each in autopilot.heard if each.get_type() == "PARAM_REQUEST_READ"]
 
 
+@pytest.mark.long
 def test_a_parameter_that_a_person_corrects_is_read_again(bench: Any) -> None:
     autopilot = boat(bench)
     autopilot.parameters = {"FS_ACTION": 0.0}

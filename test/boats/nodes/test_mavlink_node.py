@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from durations import rest_long
 from geometry_msgs.msg import TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import NavSatFix
@@ -183,7 +184,7 @@ TAKEOVERS: dict[str, tuple[Callable[[Autopilot], Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("kind", TAKEOVERS)
+@pytest.mark.parametrize("kind", rest_long(TAKEOVERS, 2))
 def test_a_takeover_ends_the_commands_for_good(boat: Any, kind: str) -> None:
     act, text = TAKEOVERS[kind]
     # In place of heartbeats of 1 Hz, so that silence is noticed soon.

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from durations import rest_long
 from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
 from geometry_msgs.msg import TwistStamped
 from sockets import free_port
@@ -402,6 +403,6 @@ def test_after_each_step_of_the_computers_clock_odometry_is_stamped_by_it(
     assert not made.events
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", rest_long(range(2)))
 def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(boat: Any, seed: int) -> None:
     compare(boat(heartbeat_timeout=HEARTBEAT_TIMEOUT), seed, 3000, 2e-3, is_autopilot=True)

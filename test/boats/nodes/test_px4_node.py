@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from definitions import module
+from durations import rest_long
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from std_srvs.srv import SetBool, Trigger
@@ -119,7 +120,7 @@ TAKEOVERS: dict[str, tuple[Callable[[Autopilot], Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("kind", TAKEOVERS)
+@pytest.mark.parametrize("kind", rest_long(TAKEOVERS, 3))
 def test_a_takeover_is_zero_for_good(bench: Any, kind: str) -> None:
     act, text = TAKEOVERS[kind]
     made = Boat(bench).driven()

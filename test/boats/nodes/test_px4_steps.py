@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from definitions import module
+from durations import rest_long
 from forwarded_share import HEARTBEAT_TIMEOUT, Period, compare
 from stepped_node import SteppedNode
 from vessel_hsmc_msgs.msg import ControlState
@@ -153,8 +154,8 @@ def test_without_commands_the_output_ramps_down_and_again_up_from_where_it_is(bo
         boat.step(ACTIVE, 10)
 
 
-@pytest.mark.parametrize("step", [2.0, -2.0, 86_400.0, -3600.0])
-@pytest.mark.parametrize("synchronised", [False, True], ids=["since boot", "by a clock that is stepped too"])
+@pytest.mark.parametrize("step", rest_long([2.0, -2.0, 86_400.0, -3600.0]))
+@pytest.mark.parametrize("synchronised", rest_long([False, True]), ids=["since boot", "by a clock that is stepped too"])
 def test_after_each_step_of_the_computers_clock_odometry_is_stamped_by_it_and_setpoints_by_that_of_px4(
     boat: Boat, monkeypatch: pytest.MonkeyPatch, step: float, synchronised: bool
 ) -> None:
@@ -171,5 +172,6 @@ def test_after_each_step_of_the_computers_clock_odometry_is_stamped_by_it_and_se
         assert 1e-6 * sent[-1] == pytest.approx(own, abs=0.005)
 
 
+@pytest.mark.long
 def test_in_any_sequence_the_share_is_that_of_the_commands_that_count(bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     compare(Boat(bench, monkeypatch, heartbeat_timeout=HEARTBEAT_TIMEOUT), 0, 3000, 1e-6, is_autopilot=True)

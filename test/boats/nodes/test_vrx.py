@@ -26,6 +26,7 @@ def world() -> World:
     return World(wam_v().vessel_sim, Goal(3.0, 4.0, 0.5))
 
 
+@pytest.mark.long
 @given(FORCES, FORCES, ANGLES, ANGLES)
 def test_the_wrench_is_that_of_two_thrusters_that_turn(left: float, right: float, a: float, b: float) -> None:
     made = world()

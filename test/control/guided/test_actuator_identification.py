@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 
 from vessel_hsmc_ros.control.guided.controller import LONGEST_AGE, GuidedController
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
@@ -74,7 +75,7 @@ def model_after(
 ACTUATORS = [(0.0, 0.0, 0.0), (0.5, 0.0, 0.0), (0.0, 0.3, 0.0), (0.15, 0.14, 1.8), (0.0, 0.06, 2.6)]
 
 
-@pytest.mark.parametrize(("lag", "dead_time", "full"), ACTUATORS)
+@pytest.mark.parametrize(("lag", "dead_time", "full"), rest_long(ACTUATORS, 4))
 def test_actuators_that_are_not_declared_are_found(lag: float, dead_time: float, full: float) -> None:
     number = model_after(bank(UNDECLARED, PERIOD), lag, dead_time, full)
     found = grid()[number - 1]
@@ -110,7 +111,7 @@ def test_the_age_of_a_measurement_is_no_dead_time() -> None:
     assert model_after(bank(declared(0.0, 0.06, 0.0), PERIOD), 0.0, 0.5, 0.0, late=late) > 0
 
 
-@pytest.mark.parametrize("late", [4, 11])
+@pytest.mark.parametrize("late", rest_long([4, 11]))
 def test_an_age_that_is_no_whole_number_of_intervals_counts_as_the_nearest_one(late: int) -> None:
     c = bank(declared(0.0, 0.06, 0.0), PERIOD)
     assert c.every == 5
@@ -184,7 +185,7 @@ def test_a_ship_whose_large_dead_time_is_not_declared_is_accurate_because_it_is_
     assert not rms_error(stranger(**{"controller.guided.actuator_identification": False})) < 0.01
 
 
-@pytest.mark.parametrize("observed", [False, True])
+@pytest.mark.parametrize("observed", rest_long([False, True]))
 def test_a_run_in_which_the_model_changes_is_the_same_compiled_and_interpreted(observed: bool) -> None:
     scenario = stranger(**{"vessel_sim.duration": 60.0, "controller.observer.enabled": observed})
     law = make_law(scenario.controller)

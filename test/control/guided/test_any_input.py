@@ -138,6 +138,7 @@ def test_the_wrench_does_not_chatter(circle) -> None:
         assert reversals_per_second(run.time, run.wrench[:, column], 100.0) < 0.2
 
 
+@pytest.mark.long
 def test_the_ship_returns_after_a_force_beyond_its_thrust() -> None:
     """A force of 300 kN against the bow saturates the thrust for a minute; there must be no wind-up afterwards."""
     period = 0.1

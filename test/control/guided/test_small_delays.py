@@ -2,6 +2,7 @@
 
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.studies.batch import simulate_one
@@ -41,7 +42,7 @@ def error(lag: float, dead_time: float, rate: float, length: float, declared: fl
 
 
 @only_compiled
-@pytest.mark.parametrize(("lag", "dead_time"), DELAYS)
+@pytest.mark.parametrize(("lag", "dead_time"), rest_long(DELAYS, 2))
 def test_a_small_delay_that_is_declared_exactly_costs_no_accuracy(lag: float, dead_time: float) -> None:
     # Each delay with all rates and all lengths, and all pairs of these with three delays.
     place = DELAYS.index((lag, dead_time))

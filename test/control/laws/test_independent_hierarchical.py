@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 from independent_hierarchical import IndependentHierarchical
 
 from vessel_hsmc_ros.control.interface.actuators import dynamics
@@ -44,8 +45,8 @@ def law_and_double(random: np.random.Generator, actuators: dict[str, Any]) -> tu
     return law, IndependentHierarchical(found, inputs, [(a, b, c) for a in axis for b in axis for c in axis], 5.0, LASTING)
 
 
-@pytest.mark.parametrize("declared", [False, True], ids=["instant", "actuators"])
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("declared", rest_long([False, True]), ids=["instant", "actuators"])
+@pytest.mark.parametrize("seed", rest_long(range(24)))
 def test_law_and_double_agree_over_a_history(seed: int, declared: bool) -> None:
     """Periods of unrelated motions, so that every state of the memory enters; both directions of travel, late measurements."""
     random = np.random.default_rng(seed)

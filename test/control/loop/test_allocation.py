@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from allocating import SURGE_SPEED, Array, allocated, demands_of
 from compiling import only_compiled, repeated
+from durations import rest_long
 from scipy.optimize import linprog
 from thruster_layouts import LAYOUTS, layout_of
 
@@ -107,7 +108,7 @@ def nearest(columns: Array, low: Array, high: Array, demand: Array) -> Array:
     return found
 
 
-@pytest.mark.parametrize("name", ["twin", "bow_thruster", "four"])
+@pytest.mark.parametrize("name", rest_long(["twin", "bow_thruster", "four"], 2))
 def test_beyond_the_attainable_set_the_wrench_is_nearest_moment_before_force(name: str) -> None:
     """Against linear programmes."""
     layout = layout_of(name)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -36,7 +37,9 @@ def sailed(law: str, action: str, current: complex, course: float = 0.0, **more:
     return closed.result().state[:, :2], closed._loop._loop  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize(("law", "current"), [("guided", 0j), ("guided", 0.5 + 0.3j), ("guided", 0.6j), ("los_pid", 0j)])
+@pytest.mark.parametrize(
+    ("law", "current"), rest_long([("guided", 0j), ("guided", 0.5 + 0.3j), ("guided", 0.6j), ("los_pid", 0j)], 3)
+)
 def test_a_boat_that_sails_at_its_fence_is_held_inside(law: str, current: complex) -> None:
     track, loop = sailed(law, "hold", current)
     assert 5.0 < np.abs(track).max() < 20.0

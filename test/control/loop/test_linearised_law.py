@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.control.interface.law import NO_NETWORKS, KernelLaw
 from vessel_hsmc_ros.control.laws import make_controller
@@ -73,7 +74,7 @@ def late_loops() -> dict[str, System]:
     return found
 
 
-@pytest.mark.parametrize(("name", "channel"), [("surge force", 0), ("yaw moment", 1)])
+@pytest.mark.parametrize(("name", "channel"), rest_long([("surge force", 0), ("yaw moment", 1)]))
 def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(late_loops: dict[str, System], name: str, channel: int) -> None:
     tolerated = 10.0 ** (margins(late_loops[name], PERIOD).gain_db / 20.0)
 
@@ -93,6 +94,7 @@ def test_a_law_is_stable_up_to_its_gain_margin_and_not_beyond(late_loops: dict[s
     assert deviation(1.15 * tolerated) > 0.6  # its limits bound the oscillation
 
 
+@pytest.mark.long
 def test_a_loop_that_is_unstable_is_found_so() -> None:
     late = DAMPED._replace(dead_times=(0.0, 3.0))
     law = controller_of("guided")

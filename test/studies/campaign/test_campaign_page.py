@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from browser import NEEDED, Browser, browser
 from click.testing import CliRunner
+from durations import rest_long
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.cli.command import cli
@@ -236,7 +237,7 @@ def tab() -> Iterator[Browser]:
 
 
 @NEEDED
-@pytest.mark.parametrize("width", [400, 1280])
+@pytest.mark.parametrize("width", rest_long([400, 1280]))
 @pytest.mark.usefixtures("printed")
 def test_the_page_draws_all_diagrams_without_the_network(two_laws: Path, tab: Browser, width: int) -> None:
     tab.open(two_laws / "report.html", width)
@@ -248,6 +249,7 @@ def test_the_page_draws_all_diagrams_without_the_network(two_laws: Path, tab: Br
     assert tab.console() == []
 
 
+@pytest.mark.long
 @NEEDED
 @pytest.mark.usefixtures("printed")
 def test_a_click_on_a_run_shows_the_command_that_repeats_it(two_laws: Path, tab: Browser) -> None:

@@ -79,6 +79,7 @@ def test_a_larger_number_extends_a_campaign(done: Path, tmp_path: Path) -> None:
         run_campaign(tmp_path / "small.yaml", done, workers=1)
 
 
+@pytest.mark.long
 def test_parallel_processes_write_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(DISABLED, "1")  # a hundred steps take less time than the import of a compiler by each process
     file = campaign_file(tmp_path, **SHORT)
@@ -164,6 +165,7 @@ def test_a_scheduler_without_a_complete_address_is_refused(tmp_path: Path, addre
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_a_scheduler_that_does_not_answer_is_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from compiling import only_compiled
+from durations import rest_long
 
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
@@ -26,7 +27,7 @@ def scenario(family: ShipFamily, **changes: object) -> Scenario:
 
 
 @only_compiled
-@pytest.mark.parametrize(("ratio", "coupling"), [(0.6, 0.0), (0.6, 0.03), (1.0, 0.0), (1.08, -0.01)])
+@pytest.mark.parametrize(("ratio", "coupling"), rest_long([(0.6, 0.0), (0.6, 0.03), (1.0, 0.0), (1.08, -0.01)], 2))
 def test_heading_force_and_moment_are_those_of_a_ship_that_is_on_its_reference(ratio: float, coupling: float) -> None:
     # Stable forwards in time, coupled, algebraic, and stable backwards; the law keeps the ship within 0.3 % of its length.
     s = scenario(replace(WINDY, surge_to_sway_inertia=ratio, percussion_point=coupling, knowledge="everything"))

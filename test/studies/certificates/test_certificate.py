@@ -81,7 +81,7 @@ def test_hulls_with_much_sway_damping_have_a_certificate_under_way(name: str) ->
     assert 0.0 < part.bound < 0.03 * of_vessel(name).controller.vessel.length
 
 
-@pytest.mark.parametrize("mode", ["straight", "circle", "goal"])
+@pytest.mark.parametrize("mode", rest_long(["straight", "circle", "goal"], 2))
 def test_in_calm_water_without_noise_a_certified_hull_ends_on_its_path_and_near_the_target_at_rest(mode: str) -> None:
     case = case_of(boat().changed({"reference_ship.mode": mode}))
     assert 0.0 < at_a_point(case).bound < 0.1 * case.g.l0

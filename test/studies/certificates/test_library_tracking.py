@@ -38,7 +38,7 @@ def settled_error(scenario: Scenario) -> NDArray[np.float64]:
     return position_error(run.state, run.reference)[run.time >= 0.75 * run.time[-1]] / scenario.vessel_sim.vessel.length
 
 
-@pytest.mark.parametrize("name", but([*vessel_names()], {"cybership_enterprise": "0.44 lengths"}))
+@pytest.mark.parametrize("name", rest_long(but([*vessel_names()], {"cybership_enterprise": "0.44 lengths"}), 6))
 def test_every_vessel_of_the_library_keeps_its_circle_within_a_hundredth_of_its_length(name: str) -> None:
     assert settled_error(scenario_of(name)).max() < 0.01
 

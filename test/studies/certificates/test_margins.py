@@ -96,16 +96,19 @@ def test_a_law_that_is_not_a_kernel_has_no_margins() -> None:
 
 @pytest.mark.parametrize(
     ("changes", "reported"),
-    [
-        ({}, ""),
-        ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, but the limit is 3 MN·m"),
-        ({"reference_ship.yaw_moment_sine.amplitude": 1e6, f"{LAW}.yaw_moment_rate": 1e4}, "a yaw moment that changes by"),
-        ({"reference_ship.surge_force_sine.amplitude": 1e5, f"{LAW}.surge_force_rate": 1e3}, "a surge force that changes by"),
-        (
-            {"reference_ship.yaw_moment_sine.amplitude": 1e6, "reference_ship.yaw_moment_sine.frequency": 3.0},
-            "a yaw moment that varies at",
-        ),
-    ],
+    rest_long(
+        [
+            ({}, ""),
+            ({"reference_ship.yaw_moment": 3.5e6}, "it needs a yaw moment of 3.5 MN·m, but the limit is 3 MN·m"),
+            ({"reference_ship.yaw_moment_sine.amplitude": 1e6, f"{LAW}.yaw_moment_rate": 1e4}, "a yaw moment that changes by"),
+            ({"reference_ship.surge_force_sine.amplitude": 1e5, f"{LAW}.surge_force_rate": 1e3}, "a surge force that changes by"),
+            (
+                {"reference_ship.yaw_moment_sine.amplitude": 1e6, "reference_ship.yaw_moment_sine.frequency": 3.0},
+                "a yaw moment that varies at",
+            ),
+        ],
+        3,
+    ),
 )
 def test_a_ship_too_slow_for_its_reference_is_reported(changes: dict[str, object], reported: str) -> None:
     # What the reference needs is found in the first circles, and of any law; that of los_pid has few states to linearise.

@@ -99,6 +99,7 @@ def test_parallel_runs_give_identical_metrics_in_the_order_of_the_tasks(monkeypa
     np.testing.assert_array_equal(parallel[0].lines, serial[0].lines)
 
 
+@pytest.mark.long
 def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Path) -> None:
     arguments = [
         "case2_tracking",

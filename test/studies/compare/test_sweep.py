@@ -132,6 +132,7 @@ def test_a_run_that_is_unstable_or_fails_is_a_row() -> None:
     assert math.isnan(of_rows(unstable, rows).rows["position_error_rms"][0])
 
 
+@pytest.mark.long
 def test_parallel_and_serial_sweeps_are_identical(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(DISABLED, "1")  # a hundred steps take less time than the import of a compiler by each process
     plan = sweep_of("case2_tracking", [f"{WEIGHT}=0.001,0.002"], SHORT)
@@ -212,6 +213,7 @@ def test_the_lines_of_a_sweep_have_their_own_values_scales_and_failures() -> Non
     assert error["layout"]["xaxis"]["type"] == "log"
 
 
+@pytest.mark.long
 def test_texts_and_lists_can_be_swept_and_drawn(tmp_path: Path) -> None:
     results = swept(f"{MODE}=circle,straight", "vessel_sim.initial_pose=[1.0, 2.0, 0.0],[3.0, 4.0, 0.0]")
     first, _ = diagrams(results, {})["map"]
@@ -226,6 +228,7 @@ def test_texts_and_lists_can_be_swept_and_drawn(tmp_path: Path) -> None:
     assert dict(Row.read(tmp_path, 2).values) == rows[2]
 
 
+@pytest.mark.long
 def test_a_damaged_table_of_a_sweep_is_named(tmp_path: Path) -> None:
     results = swept(f"{GAIN}=0.5,1.5")
     write_sweep(results, invented(results.campaign), tmp_path)

@@ -171,6 +171,7 @@ def test_a_hold_in_a_current_beyond_the_boats_thrust_is_infeasible() -> None:
     assert any("a hold" in line for line in why_infeasible(plan([40.0, 0.0, 40.0, 60.0], conditions=strong, changes=holding)))
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_runs_on_one_core_and_on_several() -> None:
     one, two, other = windy(1), windy(2), windy(2, seed=2)
     assert [run[:4] for run in one.runs] == [run[:4] for run in two.runs]
@@ -280,6 +281,7 @@ def test_a_forecast_of_which_no_run_arrives_has_a_page_too(tmp_path: Path) -> No
     assert [line[2] for line in overview(found)[1]] == ["–", "–", "–", "0 m"]
 
 
+@pytest.mark.long
 def test_a_straight_leg_in_calm_water_has_a_picture_without_a_warning(tmp_path: Path) -> None:
     one = plan([40.0, 0.0])
     with warnings.catch_warnings():

@@ -27,6 +27,7 @@ def test_from_one_turn_to_each_side_the_inertias_are_found_as_well_as_stated(see
         assert found.standard_errors[name] < 0.4 * OTTER[name]
 
 
+@pytest.mark.long
 def test_too_few_reversals_are_a_warning_with_what_to_sail() -> None:
     poor, rich = (identified(0, rich=rich, held=False).warnings for rich in (False, True))
     for name, remedy in (("surge", "speed steps"), ("sway", "zig-zags"), ("yaw", "zig-zags")):
@@ -35,6 +36,7 @@ def test_too_few_reversals_are_a_warning_with_what_to_sail() -> None:
     assert not any("rests on" in line for line in rich)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("held", [False, True])
 def test_a_force_may_be_held_between_samples_or_sampled_while_it_changes(held: bool) -> None:
     found = identified(0, rich=True, held=held)
@@ -43,6 +45,7 @@ def test_a_force_may_be_held_between_samples_or_sampled_while_it_changes(held: b
     assert found.values["surge_inertia"] == pytest.approx(OTTER["surge_inertia"], rel=0.015)
 
 
+@pytest.mark.long
 @only_compiled
 def test_a_motion_that_the_wrench_does_not_explain_is_a_warning() -> None:
     run = otter(0, 10.0, rich=True, held=True)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from boat_bags import EPOCH, sailed, write_boat
+from durations import rest_long
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -70,7 +71,7 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
 }
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("fault", rest_long(FAULTS, 8))
 def test_a_recording_with_a_fault_is_refused_with_its_reason(tmp_path: Path, fault: str) -> None:
     options, reason = FAULTS[fault]
     path = write_boat(tmp_path / "bag_0.mcap", ROWS, **options)
@@ -140,6 +141,7 @@ def test_a_table_whose_velocities_contradict_its_positions_is_refused(tmp_path: 
         from_csv(table(tmp_path, np.array([in_parent_frame(row.copy()) for row in ROWS])))
 
 
+@pytest.mark.long
 def test_a_force_that_never_changes_ends_with_a_reason_and_no_traceback() -> None:
     time = np.arange(0.0, 60.0, 0.1)
     motion = np.column_stack([time, 0.1 * np.sin(time), 0.1 * np.sin(0.5 * time)])

@@ -45,6 +45,7 @@ def test_the_hull_and_the_current_of_each_run_are_found_together(
         assert flow[:2] == pytest.approx(current, abs=0.005)
 
 
+@pytest.mark.long
 @only_compiled
 def test_a_current_neither_changes_the_hull_nor_is_it_part_of_the_vessel() -> None:
     still, moving = (identify([otter(0, 10.0, rich=True, held=True, current=(0.0, y))], model("coupled")) for y in (0.0, 0.3))

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.scenario.own_ship import ship_of
@@ -44,7 +45,7 @@ def test_the_regression_starts_near_a_ship_without_an_input_in_sway(name: str, r
         assert values[parameter] == pytest.approx(true, rel=0.5)
 
 
-@pytest.mark.parametrize("name", ["paper", "linear", "coupled"])
+@pytest.mark.parametrize("name", rest_long(["paper", "linear", "coupled"]))
 def test_manoeuvres_at_10_hz_identify_the_ship_by_each_model(name: str) -> None:
     found = identified(name, 5.0)
     for parameter, true in OTTER.items():
@@ -76,6 +77,7 @@ def test_a_motion_that_diverges_from_every_start_is_an_error(monkeypatch: pytest
         refine(shooting(otter(10.0), 2.0), np.ones(12))
 
 
+@pytest.mark.long
 def test_windows_are_shortened_for_a_hull_that_does_not_keep_its_course_with_a_warning() -> None:
     found = identified("linear", 5.0)
     assert any("within 5 s" in line for line in found.warnings)

@@ -14,6 +14,7 @@ def found() -> Identified:
     return identify([used.measurements(calibrated(used))], model("linear", OFFSET))
 
 
+@pytest.mark.long
 def test_the_identified_ship_predicts_a_held_out_tank_run_better_than_the_published_hull_data(found: Identified) -> None:
     held_out, inputs = tank_run(HELD_OUT), calibrated(tank_run(USED))
     identified = predict(found.values, held_out.measurements(inputs), inputs=found.inputs).rms()

@@ -54,6 +54,7 @@ def test_the_page_needs_no_other_file(files: dict[str, Path]) -> None:
     assert "default-src 'none'" in text
 
 
+@pytest.mark.long
 @NEEDED
 def test_the_page_draws_every_diagram_on_a_narrow_screen(files: dict[str, Path]) -> None:
     with browser() as tab:

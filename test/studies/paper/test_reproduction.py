@@ -44,12 +44,14 @@ def folder(results: dict[str, CaseResult], tmp_path_factory: pytest.TempPathFact
     return folder
 
 
+@pytest.mark.long
 def test_every_case_is_run_and_its_progress_reported(results: dict[str, CaseResult], progress: list[float]) -> None:
     assert list(results) == [case.name for case in CASES]
     assert progress[-1] == pytest.approx(DURATION * len(CASES))
     assert progress == sorted(progress)
 
 
+@pytest.mark.long
 def test_figures_1_to_10_and_the_explanations_are_drawn(folder: Path) -> None:
     assert sorted(path.stem for path in (folder / "figures").iterdir()) == FIGURES
     for path in (folder / "figures").iterdir():

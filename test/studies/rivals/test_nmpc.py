@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.exceptions import ControlError, ParameterError
@@ -69,13 +70,14 @@ def test_a_horizon_is_compiled_once(law) -> None:
     assert compile_horizon.cache_info().currsize <= 4
 
 
-@pytest.mark.parametrize(("changes", "at_most"), [({}, 0.01), ({"reference_ship__yaw_moment": 0.0}, 0.01)])
+@pytest.mark.parametrize(("changes", "at_most"), rest_long([({}, 0.01), ({"reference_ship__yaw_moment": 0.0}, 0.01)]))
 def test_the_reference_is_tracked_under_the_papers_disturbance(changes, at_most: float) -> None:
     run = run_of(60.0, **changes)
     assert rms(position_error(run.state, run.reference)[-200:]) < at_most
     assert np.all(np.max(np.abs(run.wrench), axis=0) <= [2e5, 3e6])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["hull", "earth"])
 def test_body_fixed_and_earth_fixed_disturbances_are_distinguished(law, kind: str) -> None:
     ship = np.array([0.0, 0.0, 0.0, 1.5, 0.0, 0.1])

@@ -3,6 +3,7 @@
 from typing import Any
 
 import pytest
+from durations import rest_long
 from supervised_runs import supervise
 
 from vessel_hsmc_ros.scenario.scenario import load_scenario
@@ -11,7 +12,7 @@ from vessel_hsmc_ros.scenario.suite import load_suite, suite_names
 FIRST = [(name, load_suite(name)[0]) for name in suite_names()]
 
 
-@pytest.mark.parametrize(("suite", "row"), FIRST, ids=[name for name, _ in FIRST])
+@pytest.mark.parametrize(("suite", "row"), rest_long(FIRST, 4), ids=[name for name, _ in FIRST])
 def test_a_healthy_run_raises_no_alarm_and_keeps_its_commands(suite: str, row: Any) -> None:
     del suite
     changes = {**row.changes, "controller.law": "guided", "vessel_sim.duration": 10.0}

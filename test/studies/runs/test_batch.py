@@ -41,6 +41,7 @@ def test_without_scenarios_there_are_no_outcomes() -> None:
     assert simulate_many(iter(())) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("threads", [True, False])
 def test_an_error_of_a_stream_cancels_the_tasks_that_wait(threads: bool) -> None:
     with pytest.raises(ZeroDivisionError):

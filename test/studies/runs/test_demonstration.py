@@ -57,6 +57,7 @@ def test_runs_without_metrics_allow_no_conclusion() -> None:
     assert conclusions([Record("guided", run)]) == ()
 
 
+@pytest.mark.long
 def test_both_runs_are_in_one_page_under_the_names_of_their_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     leave_unrendered(monkeypatch)
     for law in ("hierarchical_printed", "guided"):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.bags.reader import Bag, open_bag
 from vessel_hsmc_ros.bags.run_from_bag import shown_at
@@ -37,7 +38,7 @@ def late(folder: Path) -> tuple[Bag, ClosedLoop]:
     return written(folder, DURATION)
 
 
-@pytest.mark.parametrize("duration", [DURATION, 0.1])
+@pytest.mark.parametrize("duration", rest_long([DURATION, 0.1]))
 def test_the_run_of_a_late_bag_is_bit_identical_to_the_run(tmp_path: Path, late: tuple[Bag, ClosedLoop], duration: float) -> None:
     bag, loop = late if duration == DURATION else written(tmp_path, duration)
     read, run = bag.run(), loop.result()

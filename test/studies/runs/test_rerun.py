@@ -6,6 +6,7 @@ import bag_making
 import pytest
 import yaml
 from click.testing import CliRunner
+from durations import rest_long
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import open_bag
@@ -42,6 +43,7 @@ def metrics_of(run: Run) -> Metrics:
     return evaluate(run.time, run.state, run.reference, run.wrench)
 
 
+@pytest.mark.long
 def test_the_table_has_recorded_and_repeated_values_in_this_order(bag: Path, repeated: Rerun) -> None:
     recorded = metrics_of(open_bag(bag).run())
     again = metrics_of(simulate(load_scenario("case2_tracking", {**CHANGE, "vessel_sim.duration": 1.99})))
@@ -80,7 +82,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return writer.directory
 
 
-@pytest.mark.parametrize(("vessel", "x"), [("alpha", 1.0), ("beta", 2.0)])
+@pytest.mark.parametrize(("vessel", "x"), rest_long([("alpha", 1.0), ("beta", 2.0)]))
 def test_of_two_vessels_the_one_that_is_chosen_is_repeated(
     fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, vessel: str, x: float
 ) -> None:

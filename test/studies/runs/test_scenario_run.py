@@ -26,6 +26,7 @@ def simulated(output: Path, *arguments: str) -> tuple[Result, Path]:
     return done, next(output.iterdir())
 
 
+@pytest.mark.long
 def test_the_run_folder_of_simulate_is_taken_by_replay_and_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     leave_unrendered(monkeypatch)
     done, folder = simulated(tmp_path, *SHORT)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from bag_making import PERIOD, STORE, TYPES, message, serialized, topic
 from click.testing import CliRunner, Result
+from durations import rest_long
 from unrendered import leave_unrendered
 
 from vessel_hsmc_ros.bags.reader import open_bag
@@ -88,12 +89,14 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize(
     "changes",
-    [
-        {"controller.law": "guided"},
-        {"controller.rate_hz": 50.0, "controller.law": "guided"},
-        {"controller.observer.enabled": True, "controller.law": "guided"},
-        {"controller.law": "los_pid"},
-    ],
+    rest_long(
+        [
+            {"controller.law": "guided"},
+            {"controller.rate_hz": 50.0, "controller.law": "guided"},
+            {"controller.observer.enabled": True, "controller.law": "guided"},
+            {"controller.law": "los_pid"},
+        ]
+    ),
 )
 def test_the_recomputed_commands_of_every_law_are_bit_identical(tmp_path: Path, changes: dict[str, object]) -> None:
     bag = open_bag(record(tmp_path / "bag", changes))
@@ -212,6 +215,7 @@ def test_a_bag_with_edited_parameters_fails_and_shows_the_versions(tmp_path: Pat
     assert "recorded with the present versions" in done.output
 
 
+@pytest.mark.long
 def test_a_scenario_is_rerun_with_a_change_and_compared_with_the_recording(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

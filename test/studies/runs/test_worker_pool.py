@@ -48,6 +48,7 @@ def wait_for(path: Path) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("workers", [1, 2])
 def test_results_have_the_order_of_the_tasks_and_progress_adds_up(workers: int) -> None:
     results: list[float] = []
@@ -62,17 +63,20 @@ def test_without_tasks_there_are_no_results() -> None:
     assert run_all(square, []) == []
 
 
+@pytest.mark.long
 def test_the_error_of_a_task_cancels_the_others(tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="this task fails"):
         run_all(work, [("long", tmp_path), ("fail", tmp_path)], workers=2)
     wait_for(tmp_path / "cancelled")
 
 
+@pytest.mark.long
 def test_a_killed_worker_is_an_error() -> None:
     with pytest.raises(RunError, match="a worker process has died"):
         run_all(work, [("die", Path()), ("die", Path())], workers=2)
 
 
+@pytest.mark.long
 def test_an_interrupt_cancels_all_tasks(tmp_path: Path) -> None:
     def interrupt() -> None:
         wait_for(tmp_path / "running")

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.studies.tuning.plan import held_out_cases, law_of, load_cases
@@ -73,9 +74,9 @@ def test_held_out_runs_of_a_suite_have_other_seeds(suite: str) -> None:
     assert held_out_cases(suite, {}, "los_pid", others=True) == before
 
 
-@pytest.mark.parametrize("kind", ["scenario", "suite", "campaign"])
-@pytest.mark.parametrize("others", [False, True])
-@pytest.mark.parametrize("law", ["guided", "los_pid", "hierarchical_printed"])
+@pytest.mark.parametrize("kind", rest_long(["scenario", "suite", "campaign"]))
+@pytest.mark.parametrize("others", rest_long([False, True]))
+@pytest.mark.parametrize("law", rest_long(["guided", "los_pid", "hierarchical_printed"]))
 def test_held_out_runs_have_the_law_and_the_changes_of_the_tuning(
     suite: str, campaign: str, kind: str, others: bool, law: str
 ) -> None:

@@ -30,6 +30,7 @@ def test_without_a_range_it_is_a_decade_around_the_present_value_inside_the_decl
     assert clipped.high == math.pi / 2
 
 
+@pytest.mark.long
 def test_without_a_range_a_whole_gain_has_the_decade_around_it_rounded_outwards_and_is_one_at_least() -> None:
     scenario = load_scenario("case2_tracking", {"controller.law": "nmpc"})
     steps, iterations = parse_gains(["controller.nmpc.steps", "controller.nmpc.iterations"], "nmpc", scenario)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
 from vessel_hsmc_ros.simulation.compilation import DISABLED
@@ -70,6 +71,7 @@ def endless(folder: Path) -> None:
     run(folder, 10_000)
 
 
+@pytest.mark.long
 def test_a_killed_tuning_continues_with_the_same_trials(
     tmp_path: Path, uninterrupted: Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -92,7 +94,7 @@ def test_a_killed_tuning_continues_with_the_same_trials(
     assert list(run(tmp_path).trials) == list(uninterrupted.trials)
 
 
-@pytest.mark.parametrize("begun", [False, True])
+@pytest.mark.parametrize("begun", rest_long([False, True]))
 def test_a_trial_that_was_killed_while_it_was_proposed_is_proposed_again(
     tmp_path: Path, uninterrupted: Result, begun: bool
 ) -> None:

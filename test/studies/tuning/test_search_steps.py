@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from durations import rest_long
 
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.metrics import Metrics
@@ -61,7 +62,7 @@ def searched(folder: Path, made: Formula, *counts: int, reports: list[float] | N
     return found
 
 
-@pytest.mark.parametrize("cases", [1, 3])
+@pytest.mark.parametrize("cases", rest_long([1, 3]))
 def test_a_search_in_any_parts_has_the_same_trials_and_as_many_as_it_is_given(tmp_path: Path, cases: int) -> None:
     whole = searched(tmp_path / "whole", tuning(cases), 14)
     assert searched(tmp_path / "parts", tuning(cases), 1, 7, 11) == whole[:11]
