@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.report.panels import buckets, thin, thin_time
+from vessel_hsmc_ros.report.diagrams import buckets, thin, thin_time
 
 
 def test_a_short_series_is_not_decimated() -> None:

@@ -151,7 +151,7 @@ TITLE_WIDTH = 44  # longest line of the title of a diagram in a picture, charact
 CHARACTERS = 12  # of the name of an ordinate, per inch
 DASHES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 LOGARITHMIC_RATIO = 30.0  # ratio of the largest to the smallest value from which on a scale is logarithmic
-SYMBOLS = {"x": "X", "square": "s", "diamond": "D", "star": "*"}
+SYMBOLS = {"cross": "P", "x": "X", "square": "s", "diamond": "D", "star": "*"}
 COLOUR_MAP = "viridis_r"  # Viridis reversed, of matplotlib
 PIXEL = 0.75  # size of a pixel of a page, points
 
@@ -195,6 +195,59 @@ def line(x: Array, y: Array, name: str, colour: str, mode: str = "lines", **look
         "showlegend": bool(name),
         **({} if name else {"hoverinfo": "skip"}),
     }
+
+
+def signal(time: Array, values: Array, name: str, colour: str, **look: Any) -> Figure:
+    """A line over time, decimated to the minimum and the maximum of each bucket of samples, so that no peak is lost."""
+    chosen = buckets(len(time), POINTS)
+    return line(thin_time(time, chosen), thin(np.asarray(values, float), chosen), name, colour, **look)
+
+
+class Buckets(NamedTuple):
+    """A partition of samples."""
+
+    samples: int  # number of samples, n
+    size: int  # samples per bucket; 1 keeps every sample
+
+    @property
+    def number(self) -> int:
+        """Number of buckets, m; the last one may be shorter."""
+        return -(-self.samples // self.size)
+
+
+def buckets(samples: int, limit: int) -> Buckets:
+    """Choose the smallest buckets that reduce samples to at most `limit` values, two for each bucket."""
+    return Buckets(samples, 1 if samples <= limit else -(-samples // (limit // 2)))
+
+
+def thin_time(time: Array, chosen: Buckets) -> Array:
+    """Times of the values of `thin`: start and middle of each bucket, (2 m,); all times for buckets of one sample."""
+    if chosen.size == 1:
+        return time
+    starts = np.arange(chosen.number) * chosen.size
+    middles = np.minimum(starts + chosen.size // 2, chosen.samples - 1)
+    picked: Array = time[np.column_stack((starts, middles)).ravel()]
+    return picked
+
+
+def thin(values: Array, chosen: Buckets) -> Array:
+    """Minimum and maximum of each bucket in the order in which they occur, (2 m,); all values for buckets of one sample.
+
+    NaN is returned only for buckets that contain nothing else. `values`: (n,).
+    """
+    if chosen.size == 1:
+        return values
+    # The last bucket is filled up with NaN, which the masked argmin and argmax below ignore.
+    padded = np.full(chosen.number * chosen.size, np.nan)
+    padded[: chosen.samples] = values
+    rows = padded.reshape(chosen.number, chosen.size)
+    unknown = np.isnan(rows)
+    least = np.argmin(np.where(unknown, np.inf, rows), axis=1)
+    greatest = np.argmax(np.where(unknown, -np.inf, rows), axis=1)
+    # In their order in time, so that a line through them does not reverse a slope.
+    picks = np.column_stack((np.minimum(least, greatest), np.maximum(least, greatest)))
+    extremes: Array = np.take_along_axis(rows, picks, axis=1).ravel()
+    return extremes
 
 
 def points(x: Array, y: Array, name: str, colour: str, symbol: str = "circle", size: float = 6.0) -> Figure:
@@ -324,7 +377,7 @@ def _draw_points(panel: "Axes", x: Array, y: Array, trace: Figure) -> Any:
 def _add_legend(panel: "Axes", drawn: Figure, above: bool) -> None:
     """Add a legend where a line or a limit needs one: in the panel, or above it, where it covers no line."""
     if drawn["layout"]["showlegend"] or any(shape["name"] for shape in drawn["layout"].get("shapes", ())):
-        place: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "ncols": 5, "fontsize": 7, "borderaxespad": 0.0}
+        place: Any = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "ncols": 6, "fontsize": 7, "borderaxespad": 0.0}
         panel.legend(**(place if above else {"loc": "best"}))
 
 

@@ -9,22 +9,21 @@ import numpy as np
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report import diagrams
-from vessel_hsmc_ros.report.diagrams import LIMIT_DASHES, POINTS, Axis, Figure, layout, level, line, look, moment, numbers, points
-from vessel_hsmc_ros.report.page_kit import writing
-from vessel_hsmc_ros.report.panels import (
-    DESIRED,
-    JITTER,
-    MAIN,
-    REFERENCE,
-    Overlay,
-    buckets,
-    fences,
-    overlays,
-    plans,
-    thin,
-    thin_time,
-    tracks,
+from vessel_hsmc_ros.report.diagrams import (
+    LIMIT_DASHES,
+    Axis,
+    Figure,
+    layout,
+    level,
+    line,
+    look,
+    moment,
+    numbers,
+    points,
+    signal,
 )
+from vessel_hsmc_ros.report.page_kit import writing
+from vessel_hsmc_ros.report.panels import DESIRED, JITTER, MAIN, REFERENCE, Overlay, fences, overlays, plans, tracks
 from vessel_hsmc_ros.report.record import Mark, Record, control_intervals
 
 STRIP, SQUARE = (8.0, 1.8), (6.5, 6.0)  # width and height of a panel and of the track, inches
@@ -92,15 +91,14 @@ def of_panel(overlay: Overlay, alone: bool, marks: Sequence[Mark] = ()) -> Figur
     `alone`: whether there is a single run: lines are then coloured by their role, else by their run.
     """
     panel = overlay.panel
-    lines = [_thinned(owned.line.time, owned.line.values) for owned in overlay.lines]
-    values = np.concatenate([found for _, found in lines])
+    values = np.concatenate([one.line.values for one in overlay.lines]).astype(float)
     low, high, peak = _range(values[np.isfinite(values)])
     largest = max(abs(low), abs(high))
     factor, unit = scaled(largest, panel.unit)
     shape = "hv" if panel.step else "linear"
     traces = [
-        line(time, factor * found, owned.label, **look(owned.run, owned.line.role, alone), shape=shape)
-        for owned, (time, found) in zip(overlay.lines, lines, strict=True)
+        signal(one.line.time, factor * one.line.values, one.label, **look(one.run, one.line.role, alone), shape=shape)
+        for one in overlay.lines
     ]
     drawn = layout(Axis("time [s]"), Axis(f"{panel.title} [{unit}]" if unit else panel.title), legend=len(traces) > 1)
     drawn["shapes"] = [moment(mark.time, "--shared", "dot") for mark in marks]
@@ -114,11 +112,6 @@ def of_panel(overlay: Overlay, alone: bool, marks: Sequence[Mark] = ()) -> Figur
         place = {"xref": "paper", "yref": "paper", "x": 0.02, "y": 0.92, "showarrow": False}
         drawn["annotations"].append({"text": text, **place})
     return {"title": panel.title, "traces": traces, "layout": drawn}
-
-
-def _thinned(time: Array, values: Array) -> tuple[Array, Array]:
-    chosen = buckets(len(time), POINTS)
-    return thin_time(time, chosen), thin(np.asarray(values, dtype=float), chosen)
 
 
 def _range(values: Array) -> tuple[float, float, float | None]:

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vessel_hsmc_ros.core.exceptions import ReportError
-from vessel_hsmc_ros.report.diagrams import Figure, css_variables
-from vessel_hsmc_ros.report.panels import Buckets, Line, buckets, thin, thin_time
+from vessel_hsmc_ros.report.diagrams import Buckets, Figure, buckets, css_variables, thin, thin_time
+from vessel_hsmc_ros.report.panels import Line
 from vessel_hsmc_ros.scenario.run_folder import provenance
 
 COMMAND = "vessel-hsmc"
