@@ -24,8 +24,7 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import connect
 from websockets.typing import Subprotocol
 
-from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, alone
-from vessel_hsmc_ros.nodes.status_listener import StatusListener
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, StatusListener, alone
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, for_nodes, load_scenario
 
 DURATION = 100.0

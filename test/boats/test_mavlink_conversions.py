@@ -5,15 +5,16 @@ import math
 import pytest
 
 from vessel_hsmc_ros.boats.autopilot import (
+    MODE_NAMES,
     SURFACE_MODES,
     Attitude,
     BootClock,
+    Handover,
     Position,
     Pulses,
     axes,
     axis_width,
     filter_problem,
-    mode_name,
     motion,
     overrides,
 )
@@ -134,7 +135,10 @@ def test_overrides_leave_other_channels_as_they_are() -> None:
 
 
 def test_a_mode_has_its_name_or_its_number() -> None:
-    assert (mode_name(15), mode_name(99)) == ("GUIDED", "99")
+    handover = Handover(15, 3.0, MODE_NAMES)
+    for mode, name in ((4, "HOLD"), (99, "99")):
+        handover.heartbeat(0.0, armed=True, mode=mode, state=4)
+        assert handover.waits(0.0) == f"mode {name}, commands need GUIDED"
 
 
 def test_the_modes_have_the_numbers_of_the_heartbeat_of_ardupilot() -> None:

@@ -3,7 +3,7 @@
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from vessel_hsmc_ros.nodes.status_listener import StatusListener
+from vessel_hsmc_ros.nodes.runs.processes import StatusListener
 
 
 def status(name: str, updates: int) -> DiagnosticArray:

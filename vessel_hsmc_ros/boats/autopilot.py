@@ -68,11 +68,9 @@ class Handover:
         if not self._armed:
             return "the autopilot is disarmed"
         if self._present != self._mode:
-            return f"mode {self._name(self._present)}, commands need {self._name(self._mode)}"
+            present, needed = (self._named.get(mode, str(mode)) for mode in (self._present, self._mode))
+            return f"mode {present}, commands need {needed}"
         return "the autopilot reports a failsafe" if self._state in FAILSAFE else ""
-
-    def _name(self, mode: int) -> str:
-        return self._named.get(mode, str(mode))
 
 
 class Sticks:
@@ -138,7 +136,9 @@ SURFACE_MODES = {
     **{"MANUAL": 0, "ACRO": 1, "STEERING": 3, "HOLD": 4, "LOITER": 5, "FOLLOW": 6, "SIMPLE": 7, "DOCK": 8, "CIRCLE": 9},
     **{"AUTO": 10, "RTL": 11, "SMART_RTL": 12, "GUIDED": 15, "INITIALISING": 16},
 }
-"""The modes of ArduPilot's surface vehicles, by the numbers of HEARTBEAT."""
+"""The numbers in HEARTBEAT of the modes of ArduPilot's surface vehicles."""
+
+MODE_NAMES = {number: name for name, number in SURFACE_MODES.items()}
 
 
 class Attitude(NamedTuple):
@@ -161,11 +161,6 @@ class Position(NamedTuple):
     east: float
     north_velocity: float
     east_velocity: float
-
-
-def mode_name(number: int) -> str:
-    """The name of a mode, or its number where it has none."""
-    return next((name for name, known in SURFACE_MODES.items() if known == number), str(number))
 
 
 def yaw_rate(attitude: Attitude) -> float:

@@ -50,19 +50,18 @@ class DriveNode(PassingNode):
         super().__init__(**options)
         p = self.parameters
         self._curve = p.pwm.curve()
-        self._input: CommandInput | UnstampedInput = (
-            UnstampedInput(self, Float64, [f"thrusters/{name}/thrust" for name in p.pwm.thrusters], p.command_timeout)
-            if p.form == "pwm"
-            else CommandInput(self, "cmd_wrench", p.command_timeout)
-        )
+        if p.form == "pwm":
+            topics = [f"thrusters/{name}/thrust" for name in p.pwm.thrusters]
+            self._input = UnstampedInput(self, Float64, topics, p.command_timeout)
+        else:
+            self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+            self.listen(WrenchStamped, "cmd_wrench", self._input.take, qos.NEWEST)
         self._state: ControlState | None = None
         self._command: tuple[float, ...] = (0.0,) * (len(p.pwm.thrusters) if p.form == "pwm" else 2)
         self._latch = StopLatch(self, "the output", self._send_zero)
         self._zeros = LAST_COMMANDS
         self._sent = 0
         self._outputs = self._advertise(p.form)
-        if p.form != "pwm":
-            self.listen(WrenchStamped, "cmd_wrench", self._on_command, qos.NEWEST)
         if p.form == "cmd_vel":
             self.listen(ControlState, "controller/state", self._on_state, qos.NEWEST)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -89,10 +88,6 @@ class DriveNode(PassingNode):
             else f"1 is {p.surge_force_limit:g} N and {p.yaw_moment_limit:g} N·m"
         )
         return f"form {p.form}, {limits}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
-
-    def _on_command(self, message: WrenchStamped) -> None:
-        if isinstance(self._input, CommandInput):
-            self._input.take(message)
 
     def _on_state(self, message: ControlState) -> None:
         self._state = message

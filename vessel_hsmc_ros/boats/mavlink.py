@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from vessel_hsmc_ros.boats.autopilot import (
-    SURFACE_MODES,
+    MODE_NAMES,
     Attitude,
     BootClock,
     Handover,
@@ -20,7 +20,6 @@ from vessel_hsmc_ros.boats.autopilot import (
     Sticks,
     fields,
     filter_problem,
-    mode_name,
     motion,
 )
 from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
@@ -60,9 +59,7 @@ class MavlinkNode(PassingNode):
         super().__init__(**options)
         p = self.parameters
         self._link = Link(p.connection, p.baud, p.system_id, p.target_system)
-        self._handover: Handover = Handover(
-            p.mode_number, p.heartbeat_timeout, {number: name for name, number in SURFACE_MODES.items()}
-        )
+        self._handover: Handover = Handover(p.mode_number, p.heartbeat_timeout, MODE_NAMES)
         self._sticks = Sticks([int(c) for c in p.stick_channels], p.stick_threshold)
         self._pulses = Pulses(*p.pulses)
         self._boot = BootClock()
@@ -97,7 +94,7 @@ class MavlinkNode(PassingNode):
     def describe(self) -> str:
         """The connection, the form and its mode."""
         p = self.parameters
-        mode = mode_name(p.mode_number)
+        mode = MODE_NAMES[p.mode_number]
         return f"{p.connection}, form {p.form} in mode {mode}, time-out {p.command_timeout:g} s, ramp {p.ramp_time:g} s"
 
     # -- messages of the autopilot ------------------------------------------------------------------------------------

@@ -12,16 +12,13 @@ from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import LivelinessPolicy, QoSProfile, ReliabilityPolicy
 
 from vessel_hsmc_ros.core.node_list import RECORDER
 from vessel_hsmc_ros.nodes import qos
 
 if TYPE_CHECKING:
     from rclpy.subscription import Subscription
-
-
-"""Name of the recorder node, by which its subscriptions are recognised in the graph."""
 
 
 class Awaited(NamedTuple):
@@ -202,14 +199,8 @@ class Publishers:
     def _begin(self) -> None:
         before = self._readers()
         self._matched = self._alive = 0
-        lease = Duration(seconds=qos.LEASE)
-        requested = QoSProfile(
-            history=HistoryPolicy.KEEP_LAST,
-            depth=1,
-            reliability=ReliabilityPolicy.BEST_EFFORT,
-            liveliness=LivelinessPolicy.AUTOMATIC,
-            liveliness_lease_duration=lease,
-        )
+        alive = {"liveliness": LivelinessPolicy.AUTOMATIC, "liveliness_lease_duration": Duration(seconds=qos.LEASE)}
+        requested = qos.profile(1, reliable=False, **alive)
         events = SubscriptionEventCallbacks(
             matched=self._on_matched, liveliness=self._on_liveliness, incompatible_qos=lambda _: None, use_default_callbacks=False
         )

@@ -4,7 +4,7 @@ import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rosgraph_msgs.msg import Clock
 
@@ -100,13 +100,6 @@ class StepClock:
         self._on_tick()
 
 
-class Queued(NamedTuple):
-    """A message of a topic that waits for its step."""
-
-    stamp: int  # its stamp, ns
-    message: Any  # its content; None for the announcement that there is nothing of a step
-
-
 class StepQueue:
     """The messages of one topic, taken step by step in their order, so that two runs with the same faults are alike.
 
@@ -114,22 +107,23 @@ class StepQueue:
     """
 
     def __init__(self) -> None:
-        self._waiting: deque[Queued] = deque()
+        self._waiting: deque[tuple[int, Any]] = deque()  # stamp, ns, and content
 
     def append(self, stamp: int, message: Any) -> None:
         """Queue a message, or None for the announcement that there is nothing of a step."""
-        self._waiting.append(Queued(stamp, message))
+        self._waiting.append((stamp, message))
 
     def complete(self, step: int) -> bool:
         """Whether the message, or the announcement, of a step has been received."""
-        return any(queued.stamp == step for queued in self._waiting)
+        return any(stamp == step for stamp, _ in self._waiting)
 
-    def take(self, step: int) -> list[Queued]:
+    def take(self, step: int) -> list[Any]:
         """Take the messages up to and including that of a complete step, without announcements."""
-        taken: list[Queued] = []
-        while not (taken and taken[-1].stamp == step):
-            taken.append(self._waiting.popleft())
-        return [queued for queued in taken if queued.message is not None]
+        taken, stamp = [], None
+        while stamp != step:
+            stamp, message = self._waiting.popleft()
+            taken += [] if message is None else [message]
+        return taken
 
 
 class Lockstep(Timing):
@@ -232,13 +226,13 @@ class RideThrough(Timing):
         due = loop.due(step)
         if due and not self._references.complete(step):
             return
-        for queued in self._odometry.take(step):
-            inputs.take_odometry(queued.message, step, step)
+        for measured in self._odometry.take(step):
+            inputs.take_odometry(measured, step, step)
         if not due:
             node.publish_command(step)
             return
-        for queued in self._references.take(step):
-            inputs.take_reference(queued.message, step, step)
+        for desired in self._references.take(step):
+            inputs.take_reference(desired, step, step)
         began = time.monotonic_ns()
         node.publish_period(step, inputs.serve(step, step, step), began)
 

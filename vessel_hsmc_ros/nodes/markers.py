@@ -4,6 +4,8 @@ It takes only the latest odometry and reference, a few times a second and best e
 """
 
 import math
+from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import Point, PoseStamped
@@ -12,12 +14,13 @@ from std_msgs.msg import ColorRGBA
 from vessel_hsmc_msgs.msg import ReferenceState
 from visualization_msgs.msg import Marker, MarkerArray
 
+from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.core.fence import Fence, fence_of
 from vessel_hsmc_ros.core.hull import triangles
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WATCHER_NICENESS, VesselNode
-from vessel_hsmc_ros.nodes.odometry_output import transform_of
+from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
 from vessel_hsmc_ros.scenario.parameters import MarkerParameters
 
 SPACING = 0.5  # distance between two poses of a path, m
@@ -41,60 +44,55 @@ class MarkerNode(VesselNode):
         super().__init__(**options)
         self._latest: dict[str, Any] = {}
         self._paths = {name: Path() for name in COLOURS}
-        self._markers = MarkerArray(markers=[self._marker(number, name) for number, name in enumerate(COLOURS)])
+        hull = triangles(self.parameters.hull.of(self.parameters.vessel))
+        self._ships = [self._shape(name, Marker.TRIANGLE_LIST, colour, hull) for name, colour in COLOURS.items()]
         fence = fence_of(self.parameters.fence, "markers.fence")
-        self._fence = None if fence is None else fence_marker(fence)
+        self._fence = None if fence is None else self._lines(fence)
         self._marker_publisher = self.create_publisher(MarkerArray, "markers", qos.STREAM)
         self._path_publishers = {name: self.create_publisher(Path, f"{name}/path", qos.STREAM) for name in COLOURS}
-        self._transforms = self._transform_publisher() if self.parameters.publish_tf else None
+        try:
+            self._publish_transform = transform_publisher(self)
+        except InstallationError:
+            self.get_logger().info("tf2_msgs is not installed: no transform is published; the frame odom needs none")
+            self._publish_transform = lambda _: None
         for kind, topic, name in ((Odometry, "odom", "ship"), (ReferenceState, "reference", "reference")):
-            subscription = self.create_subscription(kind, topic, self._keeper(name), qos.LATEST)
+            subscription = self.create_subscription(kind, topic, partial(self._latest.__setitem__, name), qos.LATEST)
             self.direct_subscriptions.append(subscription)
         self.create_timer(1.0 / self.parameters.rate_hz, self._publish, clock=self.wall)
         self.create_timer(1.0 / self.parameters.path_rate_hz, self._publish_paths, clock=self.wall)
 
-    def _transform_publisher(self) -> Any:
-        try:
-            from tf2_msgs.msg import TFMessage
-        except ModuleNotFoundError:
-            self.get_logger().info("tf2_msgs is not installed: no transform is published; the frame odom needs none")
-            return None
-        self._transform_message = TFMessage
-        return self.create_publisher(TFMessage, "/tf", qos.STREAM)
-
-    def _marker(self, number: int, name: str) -> Marker:
-        """The hull as a triangle list; its frame and pose are those of the latest message."""
-        hull = self.parameters.hull.of(self.parameters.vessel)
-        marker = Marker(ns=name, id=number, type=Marker.TRIANGLE_LIST, action=Marker.ADD)
-        marker.scale.x = marker.scale.y = marker.scale.z = 1.0
-        marker.color = ColorRGBA(**dict(zip("rgba", COLOURS[name], strict=True)))
-        marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in triangles(hull)]
+    def _lines(self, fence: Fence) -> Marker:
+        """The sides of a fence as lines."""
+        ends = [place for side in zip(fence.begin, fence.end, strict=True) for place in side]
+        marker = self._shape("fence", Marker.LINE_LIST, FENCE_COLOUR, [(place.real, place.imag) for place in ends])
+        marker.scale.x = FENCE_WIDTH
         return marker
 
-    def _keeper(self, name: str) -> Any:
-        def keep(message: Any) -> None:
-            self._latest[name] = message
-
-        return keep
+    def _shape(self, name: str, kind: int, colour: tuple[float, ...], points: Iterable[Any]) -> Marker:
+        """A marker of points in the plane; its frame is that of the latest message."""
+        marker = Marker(ns=name, id=[*COLOURS, "fence"].index(name), type=kind, action=Marker.ADD)
+        marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+        marker.color = ColorRGBA(**dict(zip("rgba", colour, strict=True)))
+        marker.points = [Point(x=float(x), y=float(y), z=0.0) for x, y in points]
+        return marker
 
     def _publish(self) -> None:
         """Update markers and paths from the latest messages, and publish the markers and the transform."""
-        for marker in self._markers.markers:
-            if marker.ns in self._latest:
-                message = self._latest[marker.ns]
-                pose = message.pose.pose if marker.ns == "ship" else message.pose
-                marker.header, marker.pose = message.header, pose
-                self.stamp = conversions.nanoseconds(message.header.stamp)
-                self._extend(marker.ns, marker)
         # Without a message there is no pose: a hull at the origin would be wrong.
-        known = [marker for marker in self._markers.markers if marker.ns in self._latest]
-        if self._fence and "ship" in self._latest:
-            self._fence.header = self._latest["ship"].header
+        known = [marker for marker in self._ships if marker.ns in self._latest]
+        for marker in known:
+            message = self._latest[marker.ns]
+            marker.header, marker.pose = message.header, message.pose.pose if marker.ns == "ship" else message.pose
+            self.stamp = conversions.nanoseconds(message.header.stamp)
+            self._extend(marker.ns, marker)
+        ship = self._latest.get("ship")
+        if self._fence and ship:
+            self._fence.header = ship.header
             known.append(self._fence)
         if known:
             self._marker_publisher.publish(MarkerArray(markers=known))
-        if self._transforms and "ship" in self._latest:
-            self._transforms.publish(self._transform_message(transforms=[transform_of(self._latest["ship"])]))
+        if ship:
+            self._publish_transform(ship)
 
     def _extend(self, name: str, marker: Marker) -> None:
         """Append the pose of a marker to a path if it is at least SPACING from the last one."""
@@ -114,13 +112,3 @@ class MarkerNode(VesselNode):
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Number of poses in each path."""
         return OK, "publishing", {f"{name}_path": len(path.poses) for name, path in self._paths.items()}
-
-
-def fence_marker(fence: Fence) -> Marker:
-    """The sides of a fence as lines."""
-    marker = Marker(ns="fence", id=len(COLOURS), type=Marker.LINE_LIST, action=Marker.ADD)
-    marker.scale.x = FENCE_WIDTH
-    marker.color = ColorRGBA(**dict(zip("rgba", FENCE_COLOUR, strict=True)))
-    ends = [place for side in zip(fence.begin, fence.end, strict=True) for place in side]
-    marker.points = [Point(x=float(place.real), y=float(place.imag), z=0.0) for place in ends]
-    return marker

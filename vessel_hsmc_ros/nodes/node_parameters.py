@@ -1,5 +1,6 @@
 """The parameters of a node: what it is given at its start, their declaration, and their changes while it runs."""
 
+import array
 import difflib
 import math
 import re
@@ -138,11 +139,14 @@ def requested_changes(node: Any, requested: Sequence[Parameter]) -> list[Paramet
 def _is_kept(node: Node, change: Parameter) -> bool:
     """Whether a change is none, of a parameter that may not be changed."""
     present = node.get_parameter(change.name).value
-    return node.describe_parameter(change.name).read_only and bool(_plain(change.value) == _plain(present))
+    return node.describe_parameter(change.name).read_only and bool(plain(change.value) == plain(present))
 
 
-def _plain(value: Any) -> Any:
-    return value if isinstance(value, str | bytes) or not hasattr(value, "__iter__") else list(value)
+def plain(value: Any) -> Any:
+    """A parameter's value in Python's own types: rclpy returns lists of numbers as arrays."""
+    if isinstance(value, array.array | bytes | list | tuple):
+        return [plain(item) for item in value]
+    return value
 
 
 def _in_declared_type(node: Node, change: Parameter) -> Parameter:

@@ -82,18 +82,18 @@ def trace_crashes() -> None:
 def _answer(node_class: type[VesselNode], arguments: Sequence[str]) -> int | None:
     """Print the help text if that is requested, or an error if an argument is wrong; None if the node is to run."""
     try:
-        unknown = unknown_argument(node_class.take_options(without_ros_arguments(arguments)))
+        others = node_class.take_options([argument for argument in remove_ros_args(args=list(arguments)) if argument])
     except RuntimeError:  # invalid ROS arguments, which rclpy.init reports
         return None
     except VesselHsmcError as error:
         get_logger(node_class.NAME).fatal(str(error))
         return CANNOT_START
-    if unknown in ("-h", "--help"):
+    if {"-h", "--help"} & {*others}:  # it takes precedence over what is wrong
         sys.stdout.buffer.write(help_text(node_class).encode(sys.stdout.encoding, "replace"))
         return 0
-    if unknown:
+    if others:
         remedy = "parameters are given by --ros-args -p NAME:=VALUE, and --help lists them"
-        get_logger(node_class.NAME).fatal(f"{unknown} is not an argument of this node: {remedy}")
+        get_logger(node_class.NAME).fatal(f"{others[0]} is not an argument of this node: {remedy}")
         return CANNOT_START
     return None
 
@@ -203,16 +203,6 @@ def help_text(node_class: Any) -> str:
         value=_shown(example.default),
         parameters=_indented("\n".join(map(_parameter, entries.values()))),
     )
-
-
-def without_ros_arguments(arguments: Sequence[str]) -> list[str]:
-    """The command-line arguments that are not of ROS."""
-    return [argument for argument in remove_ros_args(args=list(arguments)) if argument]
-
-
-def unknown_argument(others: Sequence[str]) -> str:
-    """The first of the remaining arguments, empty if there is none; --help takes precedence over all others."""
-    return next((argument for argument in others if argument in ("-h", "--help")), others[0] if others else "")
 
 
 def _parameter(entry: schema.Entry) -> str:

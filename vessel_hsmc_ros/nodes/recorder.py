@@ -1,6 +1,5 @@
 """The recorder node: writes the serialised messages of its topics, into an MCAP bag, and the parameters of all nodes."""
 
-import array
 import re
 import time
 from collections.abc import Iterable, Sequence
@@ -22,6 +21,7 @@ from vessel_hsmc_ros.messages import raw
 from vessel_hsmc_ros.messages.topics import FOREIGN_TOPICS, OPTIONAL_TOPICS, TYPES_OF_EVERY_NODE, definition
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.node_parameters import plain
 from vessel_hsmc_ros.nodes.reporting import recording
 from vessel_hsmc_ros.nodes.scheduling import run_in_batches
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
@@ -49,7 +49,7 @@ class ParameterCollector:
         self._node = node
         name = node.get_fully_qualified_name()
         self.parameters: dict[str, dict[str, Any]] = {
-            name: {parameter.name: _plain(parameter.value) for parameter in node.get_parameters_by_prefix("").values()}
+            name: {parameter.name: plain(parameter.value) for parameter in node.get_parameters_by_prefix("").values()}
         }
         self._requested = {name}
         self._tried: set[str] = set()
@@ -132,7 +132,7 @@ class ParameterCollector:
 
         def on_values(future: Future) -> None:
             self._calls[node] = 0  # it answers: its request is not sent again meanwhile
-            values = [_plain(parameter_value_to_python(value)) for value in future.result().values]
+            values = [plain(parameter_value_to_python(value)) for value in future.result().values]
             if len(values) < count and count > 1:
                 self._get(node, getter, names, 1, found)
                 return
@@ -144,15 +144,6 @@ class ParameterCollector:
     def _destroy_clients(self, name: str) -> None:
         for client in self._clients.pop(name):
             self._node.destroy_client(client)
-
-
-def _plain(value: Any) -> Any:
-    """A parameter's value in Python's own types."""
-    if isinstance(value, bytes):
-        return list(value)
-    if isinstance(value, array.array | list | tuple):
-        return [_plain(item) for item in value]
-    return value
 
 
 @dataclass

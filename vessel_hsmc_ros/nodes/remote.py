@@ -31,6 +31,7 @@ from vessel_hsmc_ros.core.node_list import REFERENCE
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import DATUM, EVENTS
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.node_parameters import plain
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down, start_error
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
@@ -204,7 +205,7 @@ def get_parameters(remote: Remote, node: str, names: Iterable[str]) -> dict[str,
     known = set(remote.call(lister, ListParameters.Request()).result.names)
     there = [name for name in wanted if name in known]  # rclpy answers with no value at all where one is not declared
     values = remote.call(getter, GetParameters.Request(names=there)).values
-    found = {name: _plain(parameter_value_to_python(value)) for name, value in zip(there, values, strict=True)}
+    found = {name: plain(parameter_value_to_python(value)) for name, value in zip(there, values, strict=True)}
     return {name: found.get(name) for name in wanted}
 
 
@@ -232,7 +233,7 @@ def change_parameters(remote: Remote, changes: Mapping[str, object]) -> list[Cha
         result = remote.call(setter, request).result
         if not result.successful:
             raise ParameterError(result.reason)
-        made += [Change(f"{node}.{p.name}", old[p.name], _plain(p.value)) for p in parameters]
+        made += [Change(f"{node}.{p.name}", old[p.name], plain(p.value)) for p in parameters]
     return made
 
 
@@ -279,11 +280,6 @@ def _parameter(node: str, descriptor: ParameterDescriptor, value: Any) -> Parame
 def _as_float(value: Any) -> Any:
     """A whole number as a float; other values as they are."""
     return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
-
-
-def _plain(value: Any) -> Any:
-    """A value in Python's own types: rclpy returns lists of numbers as arrays."""
-    return list(value) if hasattr(value, "__iter__") and not isinstance(value, str) else value
 
 
 Pose = tuple[float, float, float]  # x, y, heading

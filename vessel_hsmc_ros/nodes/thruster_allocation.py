@@ -1,6 +1,7 @@
 """The thrust-allocation node: turns the commanded wrench into demands for single thrusters."""
 
 import math
+from itertools import cycle
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
@@ -79,11 +80,8 @@ class ThrusterAllocationNode(VesselNode):
 
     def describe(self) -> str:
         """The thrusters."""
-        return f"thrusters {', '.join(f'{t.name} ({kind})' for t, kind in self._named_kinds())}"
-
-    def _named_kinds(self) -> list[tuple[Any, str]]:
-        kinds = self._layout.kinds
-        return [(t, kinds[i % len(kinds)]) for i, t in enumerate(self._layout.thrusters())]
+        named = zip(self._layout.thrusters(), cycle(self._layout.kinds), strict=False)
+        return f"thrusters {', '.join(f'{thruster.name} ({kind})' for thruster, kind in named)}"
 
     def on_connected(self) -> None:
         """Answer the commands that were received before the start."""
@@ -132,7 +130,8 @@ class ThrusterAllocationNode(VesselNode):
 
     def _publish(self, stamp: int, command: Command | None) -> None:
         if self.parameters.lockstep:  # each message is answered by one command; late odometry does not have its stamp
-            self._speed = self._next_speed()
+            speed = self._speeds.pop(0) if self._speeds else 0.0
+            self._speed = speed if math.isfinite(speed) else self._speed
         if command is None:
             self._publish_nothing(stamp)
             return
@@ -157,10 +156,6 @@ class ThrusterAllocationNode(VesselNode):
             self._allocation.reset()
             return self._allocation.step(0.0, 0.0, 0.0)
         return given
-
-    def _next_speed(self) -> float:
-        speed = self._speeds.pop(0) if self._speeds else 0.0
-        return speed if math.isfinite(speed) else self._speed
 
     def _publish_nothing(self, stamp: int) -> None:
         """Lockstep: pass on that no command of a step has come; the thrust is zero once the last one does not hold any more."""

@@ -55,7 +55,7 @@ class Drive(SteppedNode):
                         self.node._input.take(f"thrusters/{name}/thrust", Float64(data=thrust))
             else:
                 if self.silent not in ("command", "all"):
-                    self.node._on_command(self.wrench(100.0, -25.0))
+                    self.node._input.take(self.wrench(100.0, -25.0))
                 if self.silent not in ("state", "all") and self.form == "cmd_vel":
                     state = ControlState(operation=operation, commanded_surge_velocity=1.5, commanded_yaw_rate=-0.2)
                     self.node._on_state(self.stamped(state))
@@ -69,7 +69,7 @@ class Drive(SteppedNode):
         count = len(self.sent)
         self.wait(PERIOD)
         if given.command:
-            self.node._on_command(self.command_of(given.command, 100.0, -25.0))
+            self.node._input.take(self.command_of(given.command, 100.0, -25.0))
         self.node._on_timer()
         sent = self.pairs(count)
         return float(sent[-1][0]) / FULL[self.form][0] if sent else 0.0
@@ -149,7 +149,7 @@ def test_after_each_step_back_of_the_clock_a_state_of_the_former_time_does_not_c
 def test_with_a_response_time_the_motion_is_that_of_the_surfaces_astern_too(make: Any) -> None:
     made = make("cmd_vel", response_time=0.5, surge_inertia=100.0, yaw_inertia=25.0, surge_speed_limit=9.0, yaw_rate_limit=9.0)
     made.wait(PERIOD)
-    made.node._on_command(made.wrench(-100.0, -25.0))
+    made.node._input.take(made.wrench(-100.0, -25.0))
     names = ("commanded_surge_velocity", "commanded_yaw_rate", "surge_surface", "yaw_surface")
     state = ControlState(operation=ACTIVE, **dict(zip(names, (-1.5, 0.2, -0.25, 0.125), strict=True)))
     made.node._on_state(made.stamped(state))
@@ -273,7 +273,7 @@ def test_of_two_publishers_no_command_is_taken_not_even_the_first(bench: Any, mo
     for taken in (0, 1, 1, 2):
         made.wait(PERIOD)
         count = len(made.sent)
-        made.node._on_command(made.wrench(50.0, 0.0))
+        (made.node._input.take if kind == "drive" else made.node._on_command)(made.wrench(50.0, 0.0))
         if kind == "drive":
             made.node._on_timer()
         values = [m.data if kind == "allocation" and isinstance(m, Float64) else m for _, m in made.sent[count:]]

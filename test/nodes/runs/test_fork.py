@@ -38,7 +38,7 @@ def test_a_process_in_which_the_middleware_runs_is_not_forked_nor_after_a_run(us
     program = f"""if True:
         import contextlib, numpy, rclpy
         from vessel_hsmc_ros.nodes.runs.processes import can_fork
-        from vessel_hsmc_ros.nodes.status_listener import StatusListener
+        from vessel_hsmc_ros.nodes.runs.processes import StatusListener
         print(can_fork())
         with {user} as listener:
             print(can_fork())

@@ -31,16 +31,10 @@ from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
 
 PLACES = {
-    "latitude": "latitude",
-    "lat": "latitude",
-    "longitude": "longitude",
-    "lon": "longitude",
-    "lng": "longitude",
-    "long": "longitude",
-    "x": "x",
-    "east": "x",
-    "y": "y",
-    "north": "y",
+    **dict.fromkeys(("latitude", "lat"), "latitude"),
+    **dict.fromkeys(("longitude", "lon", "lng", "long"), "longitude"),
+    **dict.fromkeys(("x", "east"), "x"),
+    **dict.fromkeys(("y", "north"), "y"),
 }
 """Columns of places: metres to the east and north, or degrees."""
 

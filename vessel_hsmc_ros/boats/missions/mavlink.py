@@ -256,22 +256,16 @@ def _item(line: str, number: int, source: Source) -> MavItem:
 SURVEYS = ("survey", "CorridorScan")  # complex items that are legs of waypoints
 MAX_COMMAND = 65535
 
-COMMANDS = {
+COMMANDS = {f"MAV_CMD_{name}": number for number, (name, _) in REFUSED.items()} | {
     "MAV_CMD_NAV_WAYPOINT": WAYPOINT,
-    "MAV_CMD_NAV_LOITER_UNLIM": 17,
-    "MAV_CMD_NAV_LOITER_TURNS": 18,
-    "MAV_CMD_NAV_LOITER_TIME": 19,
-    "MAV_CMD_NAV_RETURN_TO_LAUNCH": 20,
-    "MAV_CMD_NAV_LAND": 21,
-    "MAV_CMD_NAV_TAKEOFF": 22,
-    "MAV_CMD_NAV_SPLINE_WAYPOINT": 82,
-    "MAV_CMD_NAV_DELAY": 93,
-    "MAV_CMD_DO_JUMP": 177,
+    "MAV_CMD_NAV_LOITER_UNLIM": LOITER,
+    "MAV_CMD_NAV_LOITER_TIME": LOITER_TIME,
+    "MAV_CMD_NAV_DELAY": DELAY,
+    "MAV_CMD_DO_JUMP": JUMP,
     "MAV_CMD_DO_CHANGE_SPEED": SPEED,
     "MAV_CMD_DO_SET_HOME": 179,
-    "MAV_CMD_DO_SET_SERVO": 183,
     "MAV_CMD_DO_SET_RELAY": 181,
-    "MAV_CMD_DO_SET_REVERSE": 194,
+    "MAV_CMD_DO_SET_SERVO": 183,
     "MAV_CMD_DO_SET_CAM_TRIGG_DIST": 206,
     "MAV_CMD_IMAGE_START_CAPTURE": 2000,
 }
@@ -287,19 +281,15 @@ def read_plan(document: dict[str, Any], source: Source) -> Mission:
     refused = tuple(item for item in read if isinstance(item, Refused))
     found = mission_of([item for item in read if isinstance(item, MavItem)], source)
     home = mission.get("plannedHomePosition")
-    fences, rally = document.get("geoFence"), document.get("rallyPoints")
+    fences, rally = document.get("geoFence"), source.mapping(document.get("rallyPoints") or {}, "rallyPoints")
+    harbours = enumerate(source.rows(rally.get("points", []), "rallyPoints.points"), 1)
     return replace(
         found,
         refused=refused + found.refused,
         home=None if home is None else source.place(home, "plannedHomePosition"),
         fences=() if fences is None else tuple(_fences(source.mapping(fences, "geoFence"), source)),
-        rally=() if rally is None else tuple(_rally(source.mapping(rally, "rallyPoints"), source)),
+        rally=tuple(source.place(point, f"rally point {k}") for k, point in harbours),
     )
-
-
-def _rally(rally: dict[str, Any], source: Source) -> Iterator[tuple[float, float]]:
-    for k, point in enumerate(source.rows(rally.get("points", []), "rallyPoints.points"), 1):
-        yield source.place(point, f"rally point {k}")
 
 
 def _plan_items(mission: dict[str, Any], source: Source) -> Iterator[MavItem | Refused]:

@@ -1,7 +1,7 @@
 """What a mission file holds: waypoints with speeds, holds and headings, fences, rally points, and what cannot be sailed."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -163,8 +163,12 @@ def _shown(value: Any) -> str:
 
 
 SPEEDS = {"speed": 1.0, "speed_kn": KNOT}
-HEADINGS = ("heading", "heading_deg", "compass_deg")
-"""Counter-clockwise from east or x, rad and degrees, and clockwise from north, degrees."""
+HEADINGS: dict[str, Callable[[float], float]] = {
+    "heading": lambda rad: rad,
+    "heading_deg": math.radians,
+    "compass_deg": lambda degrees: math.radians(90.0 - degrees),
+}
+"""Counter-clockwise from east or x, rad and degrees, and clockwise from north, degrees: each in rad from east."""
 
 NAMES = (*SPEEDS, "hold", *HEADINGS, "corner", "name")  # what a waypoint may have besides its place
 
@@ -172,22 +176,15 @@ NAMES = (*SPEEDS, "hold", *HEADINGS, "corner", "name")  # what a waypoint may ha
 def with_properties(place: Pair, item: str, values: Mapping[str, Any], source: Source) -> MissionPoint:
     """A waypoint with what is named; an empty text is nothing."""
     given = {name: value for name, value in values.items() if value is not None and str(value).strip() != ""}
-    for group in (tuple(SPEEDS), HEADINGS):
+    for group in (SPEEDS, HEADINGS):
         if len(twice := [name for name in group if name in given]) > 1:
             raise source.error(f"{item} must have one of {', '.join(group)} (got {' and '.join(twice)})")
     speed = sum(
         unit * source.number(given[name], f"{item}: {name}", 0.0, 200.0) for name, unit in SPEEDS.items() if name in given
     )
     hold = source.number(given.get("hold", 0.0), f"{item}: hold", 0.0, 1e6)
-    heading = next((_heading(name, source.number(given[name], f"{item}: {name}")) for name in HEADINGS if name in given), None)
+    headings = [turned(source.number(given[name], f"{item}: {name}")) for name, turned in HEADINGS.items() if name in given]
     corner = str(given.get("corner", "through")).strip()
     if corner not in CORNERS:
         raise source.error(f"{item}: corner must be {', '.join(CORNERS)} (got {corner[:40]})")
-    return MissionPoint(place, item, speed, hold, heading, corner, str(given.get("name", "")).strip())
-
-
-def _heading(name: str, value: float) -> float:
-    """A heading counter-clockwise from east or x, rad."""
-    if name == "heading":
-        return value
-    return math.radians(value if name == "heading_deg" else 90.0 - value)
+    return MissionPoint(place, item, speed, hold, headings[0] if headings else None, corner, str(given.get("name", "")).strip())

@@ -24,8 +24,7 @@ from vessel_hsmc_ros.faults import THRUSTERS, FaultScript
 from vessel_hsmc_ros.messages.topics import RELAYED
 from vessel_hsmc_ros.nodes.fault_relay import clock_topic, stepped_nodes
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down
-from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, alone, spread
-from vessel_hsmc_ros.nodes.status_listener import StatusListener
+from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Processes, StatusListener, alone, spread
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.parameter_groups import FaultRelayParameters
 from vessel_hsmc_ros.scenario.parameters import NODES
