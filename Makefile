@@ -211,7 +211,7 @@ $(VENV)/.messages: $(VENV)/.requirements $(MESSAGE_SOURCES)
 	@$(BIN)/python tools/messages.py $(COMPILE)
 	@touch $@
 
-$(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml
+$(VENV)/.package: $(VENV)/.messages setup.py setup.cfg pyproject.toml package.xml benchmarks/ship_family/pyproject.toml
 	@rm -rf vessel_hsmc_ros.egg-info # of a build in this folder: it would hide the laws that the package registers
-	$(INSTALL) "Installing the package" --no-deps --no-build-isolation --editable .
+	$(INSTALL) "Installing the package" --no-deps --no-build-isolation --editable . --editable ./benchmarks/ship_family
 	@touch $@

@@ -42,9 +42,8 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies import batch
-from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.ship_family import resolved
-from vessel_hsmc_ros.studies.feasibility import infeasible
+from vessel_hsmc_ros.studies.campaign.distributions import ship_family
+from vessel_hsmc_ros.studies.campaign.plan import Campaign, resolved
 from vessel_hsmc_ros.studies.rivals.nmpc import ModelParameters, NmpcParameters
 
 START, ARRIVED = 5.0, 0.02
@@ -147,7 +146,7 @@ def of_strangers(draws: int, seed: int, random: np.random.Generator) -> Iterator
             runs = of_family({**drawn, **CALM}, i, random)
         except (ParameterError, ScenarioError):
             continue
-        if not infeasible(runs["nmpc"]):
+        if not ship_family().infeasible(runs["nmpc"]):
             yield f"drawn, {'slow' if slowness(drawn) > SLOW else 'quick'} actuators", runs
 
 

@@ -16,7 +16,16 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import loads, scale_of
-from vessel_hsmc_ros.studies.forecast import MAX_FAILED, Conditions, Forecast, Plan, band, forecast, plan_of, why_infeasible
+from vessel_hsmc_ros.studies.forecast.forecast import (
+    MAX_FAILED,
+    Conditions,
+    Forecast,
+    Plan,
+    band,
+    forecast,
+    plan_of,
+    why_infeasible,
+)
 
 HELD_OUT = 1_000_000  # seeds of what happens are above those of the forecasts
 WIND_SHARE, CURRENT_SHARE = 0.2, 0.2  # largest force of the wind over the largest thrust, and current over the top speed

@@ -21,9 +21,9 @@ from rich.table import Table
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
+from vessel_hsmc_ros.studies.campaign.distributions import ship_family
 from vessel_hsmc_ros.studies.campaign.execute import exceeded
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.feasibility import infeasible
 
 VARIANTS = "guided", "guided with nothing declared", "guided exactly declared"
 
@@ -71,7 +71,7 @@ def ships_of(campaign: Campaign, draw: int, variants: list[str], changes: dict[s
         made = [(each, campaign.scenario(draw * len(names) + names.index(each), changes)) for each in variants]
     except (ParameterError, ScenarioError):
         return
-    if not infeasible(made[0][1]):
+    if not ship_family().infeasible(made[0][1]):
         yield from (Ship(draw, variant, scenario) for variant, scenario in made)
 
 

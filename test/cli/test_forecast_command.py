@@ -9,7 +9,7 @@ from reaching import Reach, exit_code_of
 
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 
-FORECAST = "vessel_hsmc_ros.studies.forecast.forecast"
+FORECAST = "vessel_hsmc_ros.studies.forecast.forecast.forecast"
 PLACES = [(63.4401, 10.3901), (63.4405, 10.3905), (63.4408, 10.3901)]
 WIND = "--wind", "6", "--wind-from", "240"
 

@@ -10,7 +10,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory, shell_command
 from vessel_hsmc_ros.guidance.curve_motion import Demand
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.studies.feasibility import ShipCheck, verdict
+from vessel_hsmc_ros.studies.forecast.feasibility import ShipCheck, verdict
 
 DATA = ["--length", "4", "--mass", "500", "--surge-force-limit", "300", "--yaw-moment-limit", "250", "--wind", "5"]
 

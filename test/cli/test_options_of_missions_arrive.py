@@ -6,7 +6,7 @@ import pytest
 from mission_writing import GPX, gpx_route
 from reaching import Reach
 
-from vessel_hsmc_ros.studies.forecast import Conditions
+from vessel_hsmc_ros.studies.forecast.forecast import Conditions
 
 
 def test_mission_takes_route_datum_legs_speed_and_where_it_goes(reach: Reach, tmp_path: Path) -> None:
@@ -37,7 +37,7 @@ def test_forecast_takes_the_boat_the_conditions_the_corridor_and_the_runs(reach:
     (tmp_path / "way.csv").write_text("x,y\n40,0\n40,30\n", encoding="utf-8")
     wind = "--wind", 6, "--wind-from", 240, "--current", 0.3, "--current-to", 90
     boat = "--scenario", "survey", "--set", "vessel_sim.seed=7", "--output", "there"
-    target = "vessel_hsmc_ros.studies.forecast.forecast"
+    target = "vessel_hsmc_ros.studies.forecast.forecast.forecast"
     found = reach(target, "forecast", "way.csv", *boat, *wind, "--corridor", 3, "--runs", 25, "--seed", 9, "--workers", 2)
     plan = found["plan"]
     assert plan.conditions == Conditions(6.0, 240.0, 0.3, 90.0)

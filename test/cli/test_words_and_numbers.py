@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,6 +23,8 @@ from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import Snapshot
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES
 from vessel_hsmc_ros.scenario.ship_rules import Step
+from vessel_hsmc_ros.studies.paper.cases import CLAIMS, REPAIRED, of_law
+from vessel_hsmc_ros.studies.paper.reproduction import load
 from vessel_hsmc_ros.studies.verification import Verification
 
 
@@ -141,9 +144,14 @@ def test_metrics_of_several_runs_have_a_line_for_each_that_any_has(monkeypatch: 
     assert printed == [["", "one", "two"], [("a", "1 m", ""), ("b", "2 m", "3 m"), ("c", "", "4 m")]]
 
 
-def test_what_does_not_agree_is_yellow() -> None:
-    assert comparing.highlighted(("*a*", "b"), True) == ("a", "b")
-    assert comparing.highlighted(("*a*", "b"), False) == ("[yellow]a[/]", "[yellow]b[/]")
+def test_a_claim_that_the_repaired_law_misses_is_yellow(monkeypatch: pytest.MonkeyPatch) -> None:
+    printed: list[Any] = []
+    monkeypatch.setattr(comparing, "print_table", lambda _, rows, **__: printed.extend(rows))
+    results = load(Path(__file__).parents[2] / "docs" / "results.json")
+    comparing.print_tables(results)
+    held = [claim.holds(of_law(REPAIRED, results)) for claim in CLAIMS]
+    assert [not row[1].startswith("[yellow]") for row in printed] == held
+    assert not all(held)
 
 
 @pytest.mark.parametrize("key", OVERRIDES)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from compiling import as_plain_python
 from durations import rest_long
+from ship_family import ShipFamily, expand
 
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Published, Run
@@ -15,7 +16,6 @@ from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compiled_loop import CompiledLoop, make_loop
 from vessel_hsmc_ros.simulation.loop import BRIEF
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
-from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily, expand
 
 STRANGER = expand(
     ShipFamily(

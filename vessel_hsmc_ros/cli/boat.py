@@ -142,7 +142,7 @@ def _of_vessel(vessel: str, path: Path, given: dict[str, float], thrusters: bool
 
 def _check(scenario: Scenario) -> None:
     """Simulate the scenario and print what its ship can do."""
-    from vessel_hsmc_ros.studies.feasibility import check_ship, verdict
+    from vessel_hsmc_ros.studies.forecast.feasibility import check_ship, verdict
 
     check = check_ship(scenario)
     *lines, last = verdict(check)

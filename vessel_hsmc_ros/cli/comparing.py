@@ -383,20 +383,13 @@ def reproduce(ros: bool, output: Path | None) -> None:
 
 
 def print_tables(results: "Results") -> None:
-    """Print the paper's claims and the prototype's findings with the results; in yellow what fails for the repaired law."""
+    """Print the paper's claims with the results; in yellow what fails for the repaired law."""
     from vessel_hsmc_ros.studies.paper import cases
 
     own = cases.of_law(cases.REPAIRED, results)
-    claims = [highlighted(cases.claim_row(claim, results), claim.holds(own)) for claim in cases.CLAIMS]
+    rows = [(cases.claim_row(claim, results), claim.holds(own)) for claim in cases.CLAIMS]
+    claims = [row if holds else tuple(f"[yellow]{cell}[/]" for cell in row) for row, holds in rows]
     print_table(["where", "the paper's claim", *cases.LAWS.values()], claims, title="Claims", text_columns=4)
-    findings = [highlighted(cases.finding_row(finding, results)[:4], finding.agrees(results)) for finding in cases.FINDINGS]
-    print_table(["what", "prototype", "here", "ratio"], findings, title="Results of an independent prototype, and ours")
     for law in cases.LAWS:
         print_line(cases.claims_that_hold(law, results))
     print_line("the measured values are in claims.md")
-
-
-def highlighted(row: tuple[str, ...], agrees: bool) -> tuple[str, ...]:
-    """The cells of a row for the terminal, in yellow unless it agrees."""
-    cells = tuple(cell.strip("*") for cell in row)
-    return cells if agrees else tuple(f"[yellow]{cell}[/]" for cell in cells)

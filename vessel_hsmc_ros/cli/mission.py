@@ -308,11 +308,11 @@ def forecast(mission: str, scenario: str | None, changes: Sequence[str], output:
     MISSION is a mission file, or one that `mission --into` wrote, and --scenario is the boat; or MISSION is a scenario with a
     path or a survey. A leg that no law can sail is named without a run. Otherwise --runs runs are simulated, each with its own
     gusts, error of wind and current, hull and noise: time, energy, battery and distance from the path as bands of 5, 50 and
-    95 %, and a forecast_page. The exit code is 1 where a leg is infeasible, or more than 5 % of the runs fail.
+    95 %, and a page. The exit code is 1 where a leg is infeasible, or more than 5 % of the runs fail.
     """
     _check_directions(given)
     loaded, fences = _loaded(mission, scenario, parse_changes(changes))
-    from vessel_hsmc_ros.studies import forecast as studies  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.forecast import forecast as studies  # imports the libraries of reports
 
     plan = studies.plan_of(loaded, _conditions(loaded, given), given["corridor"])
     _check_way(plan.track, fences)
@@ -323,11 +323,11 @@ def forecast(mission: str, scenario: str | None, changes: Sequence[str], output:
     check_writable(output)
     with progress_bar(f"forecast of {loaded.name}", given["runs"], "runs") as update:
         found = studies.forecast(plan, given["runs"], given["seed"], given["workers"], update)
-    from vessel_hsmc_ros.studies import forecast_page
+    from vessel_hsmc_ros.studies.forecast import page
 
-    print_table(*forecast_page.overview(found))
-    print_files(forecast_page.write(make_run_folder(output, f"{loaded.name}_forecast").path, found))
-    for line in forecast_page.verdict(found):
+    print_table(*page.overview(found))
+    print_files(page.write(make_run_folder(output, f"{loaded.name}_forecast").path, found))
+    for line in page.verdict(found):
         (print_line if found.succeeds else print_error)(line)
     sys.exit(0 if found.succeeds else NOT_TODAY)
 
@@ -369,7 +369,7 @@ def _check_way(track: Any, fences: Sequence[Any]) -> None:
 
 def _conditions(loaded: Scenario, given: dict[str, Any]) -> Any:
     """Wind and current as given, else those of the scenario."""
-    from vessel_hsmc_ros.studies.forecast import Conditions, conditions_of
+    from vessel_hsmc_ros.studies.forecast.forecast import Conditions, conditions_of
 
     names = {name: given[name] for name in schema.entries(Conditions) if given[name] is not None}
     try:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from compiling import only_compiled
 from durations import rest_long
+from ship_family import ShipFamily, expand
 
 from vessel_hsmc_ros.control.guided.controller import LONGEST_AGE, GuidedController
 from vessel_hsmc_ros.control.guided.parameters import GuidedParameters
@@ -26,7 +27,6 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, make_law
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily, expand
 
 UNDECLARED = KnownVessel()
 T = unit_time(UNDECLARED)

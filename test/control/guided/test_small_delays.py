@@ -3,10 +3,10 @@
 import pytest
 from compiling import only_compiled
 from durations import rest_long
+from ship_family import ShipFamily, expand
 
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.studies.batch import simulate_one
-from vessel_hsmc_ros.studies.campaign.ship_family import ShipFamily, expand
 
 LAGS, DEAD_TIMES = (0.005, 0.02, 0.05, 0.1, 0.3), (0.005, 0.02, 0.05, 0.1, 0.3)
 """Of both inputs, in T."""

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 from campaigns import campaign
 from durations import rest_long
+from ship_family import KNOWLEDGE, REFERENCES, ShipFamily, expand, ship_of
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import InstallationError, ParameterError
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.studies.batch import simulate_one
+from vessel_hsmc_ros.studies.campaign import distributions
+from vessel_hsmc_ros.studies.campaign import plan as plans
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.ship_family import KNOWLEDGE, REFERENCES, ShipFamily, expand, ship_of
 
 DELAYED = ShipFamily(
     has_lag=True, has_rate=True, has_dead_time=True, coupled=True, percussion_point=0.03, declares_lag=True, declared_lag=0.5,
@@ -186,3 +188,14 @@ def test_a_wrong_entry_is_one_line_that_names_it(tmp_path: Path, changes: dict[s
     given = {"laws": None, "variants": VARIANTS, "draw": DRAW, "set": {"controller.law": "guided"}, **changes}
     with pytest.raises(ParameterError, match=message):
         campaign(tmp_path, **given)
+
+
+def test_a_campaign_of_a_family_that_is_not_installed_is_refused_with_the_remedy(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(distributions, "entry_points", lambda **_: ())
+    for module in (distributions, plans):
+        monkeypatch.setattr(module, "ship_family", distributions.ship_family.__wrapped__)
+    for given in ({}, {"variants": None, "set": {"ship.length": 2.0}, "draw": {}}):
+        with pytest.raises(InstallationError, match=r"pip install \./benchmarks/ship_family"):
+            drawn(tmp_path, **given)

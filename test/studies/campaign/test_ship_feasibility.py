@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from compiling import only_compiled
 from durations import rest_long
+from ship_family import REFERENCES, ShipFamily, expand, infeasible
 
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.campaign.ship_family import REFERENCES, ShipFamily, expand
-from vessel_hsmc_ros.studies.feasibility import Demand, demand, exceeded, infeasible
+from vessel_hsmc_ros.studies.forecast.feasibility import Demand, demand, exceeded
 
 WINDY = ShipFamily(
     has_current=True, current=0.15, current_direction=2.0, has_wind=True, wind=0.1, wind_direction=-1.0, coupled=True

@@ -1,26 +1,18 @@
 """Which ships of a family are lost, and why: known counts from invented results."""
 
-import importlib.util
 import itertools
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import ship_findings
 from campaigns import campaign
 
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.studies.campaign import findings
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.results import Results
-
-spec = importlib.util.spec_from_file_location("ship_findings", Path(__file__).parents[3] / "benchmarks" / "ship_findings.py")
-assert spec is not None
-assert spec.loader is not None
-ship_findings = importlib.util.module_from_spec(spec)
-sys.modules[spec.name] = ship_findings
-spec.loader.exec_module(ship_findings)
 
 LIMIT = "position_error_rms_last_quarter"
 VARIANTS = {

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import loads
 from vessel_hsmc_ros.simulation.offline import simulate
-from vessel_hsmc_ros.studies.forecast import (
+from vessel_hsmc_ros.studies.forecast.forecast import (
     Conditions,
     Forecast,
     Plan,
@@ -36,7 +36,7 @@ from vessel_hsmc_ros.studies.forecast import (
     summary,
     why_infeasible,
 )
-from vessel_hsmc_ros.studies.forecast_page import overview, table, verdict, write
+from vessel_hsmc_ros.studies.forecast.page import overview, table, verdict, write
 
 FORCE, POWER, LENGTH = 300.0, 1200.0, 4.0
 CALM = Conditions()

@@ -8,7 +8,6 @@ import pytest
 from vessel_hsmc_ros.studies.paper.cases import (
     CASES,
     CLAIMS,
-    FINDINGS,
     LAWS,
     PREFIX,
     PRINTED,
@@ -57,10 +56,9 @@ def test_every_claim_has_a_place_a_statement_and_checks() -> None:
         assert claim.checks
 
 
-def test_claims_and_findings_refer_to_existing_runs_and_numbers() -> None:
+def test_claims_refer_to_existing_runs_and_numbers() -> None:
     assert len({case.name for case in CASES}) == len(CASES)
     pairs = [(check.run, check.number) for check in every_check()] + [check.over for check in every_check() if check.over]
-    pairs += [(finding.run, finding.number) for finding in FINDINGS]
     for run, number in pairs:
         assert run in NAMES
         assert number in FIELDS
@@ -151,10 +149,10 @@ def test_an_answer_names_what_holds_by_construction_and_what_holds_narrowly() ->
     assert answer(5.0, by_construction=(PRINTED,)) == "no"
 
 
-def test_the_page_has_a_row_for_each_claim_and_finding() -> None:
+def test_the_page_has_a_row_for_each_claim() -> None:
     page = claims_page({case.name: Numbers() for case in CASES})
     rows = [line for line in page.splitlines() if line.startswith("| ")]
-    assert len(rows) == len(CLAIMS) + len(FINDINGS) + 2
+    assert len(rows) == len(CLAIMS) + 1
     for words in LAWS.values():
         assert f"- {words}: 0 of {len(CLAIMS)} claims hold" in page
     assert "never" in page

@@ -15,7 +15,8 @@ from vessel_hsmc_ros.core.exceptions import BagError, RunError
 from vessel_hsmc_ros.guidance.curve_motion import Demand
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario, make_fleet
-from vessel_hsmc_ros.studies import feasibility, margins, scenario_run
+from vessel_hsmc_ros.studies import margins, scenario_run
+from vessel_hsmc_ros.studies.forecast import feasibility
 from vessel_hsmc_ros.studies.manoeuvres.run import in_still_water
 from vessel_hsmc_ros.studies.margins import Need
 

@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
@@ -19,13 +20,12 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import InstallationError, ParameterError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.scenario.parameters import declared
 from vessel_hsmc_ros.scenario.parameters_file import VESSEL, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.studies.campaign import ship_family
 
 METHODS = ("random", "latin_hypercube", "sobol")
 
@@ -240,6 +240,23 @@ def _continuous(kind: str, a: float, b: float) -> Continuous | None:
     return Normal(math.log(a), b, logarithmic=True) if a > 0.0 and b > 0.0 else None
 
 
+SHIP = "ship."  # prefix of the numbers of a family of ships in a campaign file
+FAMILIES = "vessel_hsmc_ros.ship_families"
+"""Group of the entry points. A family is a dataclass of declared numbers. Its method `changes` gives the changes to a scenario
+that make it that of their ship; `infeasible(scenario)` tells why no law can keep that ship on its reference, empty if one can."""
+
+
+@lru_cache(maxsize=1)
+def ship_family() -> Any:
+    """The installed family of ships."""
+    for entry in entry_points(group=FAMILIES):
+        return entry.load()
+    raise InstallationError(
+        f"names that begin with {SHIP} need a family of ships, and none is installed: in a checkout of vessel_hsmc_ros,"
+        " pip install ./benchmarks/ship_family"
+    )
+
+
 _ELEMENT = re.compile(r"(.*)\[(\d+)\]")
 
 LISTS = (tuple[float, ...], tuple[str, ...])
@@ -305,8 +322,8 @@ def _declaration(parameter: str, scenario: Scenario) -> tuple[Entry, Value]:
     """The declaration of a parameter and its base value; hull data of all nodes are those of the first that has them."""
     nodes = declared()
     node, _, rest = parameter.partition(".")
-    if parameter.startswith(ship_family.SHIP):
-        family = schema.entries(ship_family.ShipFamily)
+    if parameter.startswith(SHIP):
+        family = schema.entries(ship_family())
         if rest not in family:
             raise ParameterError(f"draw {parameter} is not a number of a ship: {schema.suggestion(rest, family)}")
         return family[rest], family[rest].default

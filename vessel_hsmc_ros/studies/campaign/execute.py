@@ -27,8 +27,8 @@ from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
 from vessel_hsmc_ros.studies.campaign.dataset import Dataset, differences, opened, versions, write_file, write_table
+from vessel_hsmc_ros.studies.campaign.distributions import ship_family
 from vessel_hsmc_ros.studies.campaign.plan import Campaign, Source
-from vessel_hsmc_ros.studies.feasibility import infeasible
 
 
 @lru_cache(maxsize=4)
@@ -67,7 +67,7 @@ def compute_rows(
     rows = [_row(campaign, run, every[run], limits.get(run, {})) for run in runs]
     if campaign.has_ships:
         first = {campaign.planned(run).draw: scenario for run, scenario in reversed(valid)}  # its variants share the ship
-        reasons = {draw: infeasible(scenario) for draw, scenario in first.items()}
+        reasons = {draw: ship_family().infeasible(scenario) for draw, scenario in first.items()}
         rows = [{**row, "infeasible": reasons.get(row["draw"], "")} for row in rows]
     return rows
 

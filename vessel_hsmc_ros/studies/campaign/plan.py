@@ -29,8 +29,17 @@ from vessel_hsmc_ros.scenario.law_file import law_provenance
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_text
 from vessel_hsmc_ros.scenario.warnings import check_effects
-from vessel_hsmc_ros.studies.campaign.distributions import METHODS, Drawn, Grid, make_drawn, noise_seed, parse_axis, point
-from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, resolved
+from vessel_hsmc_ros.studies.campaign.distributions import (
+    METHODS,
+    SHIP,
+    Drawn,
+    Grid,
+    make_drawn,
+    noise_seed,
+    parse_axis,
+    point,
+    ship_family,
+)
 
 LAW = "controller.law"
 
@@ -134,6 +143,14 @@ def source_of_folder(folder: Path, runs: int | None = None) -> tuple[Source, int
         return Source(str(about["name"]), text, str(about["scenario"]), scenario), runs or about["repetitions"]
     except (OSError, UnicodeDecodeError, KeyError) as error:
         raise CampaignError(f"{folder} is not the folder of a campaign: {error}") from None
+
+
+def resolved(*layers: Mapping[str, object]) -> dict[str, Any]:
+    """Layers of changes in one, the later ones over the earlier ones, with the numbers of a ship of a family expanded."""
+    merged = {name: value for layer in layers for name, value in layer.items()}
+    numbers = {name.removeprefix(SHIP): merged.pop(name) for name in list(merged) if name.startswith(SHIP)}
+    # What is changed by name stays so, whatever the expansion contains.
+    return {**schema.build(ship_family(), numbers, "ship").changes(), **merged} if numbers else merged
 
 
 def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tuple[Any, ...]:
@@ -441,7 +458,7 @@ class Campaign(CampaignFile):
 
     @cached_property
     def has_ships(self) -> bool:
-        """Whether its ships are those of the family of `ship_family`."""
+        """Whether its ships are those of the installed family."""
         return any(name.startswith(SHIP) for names in (self.drawn, self.changes, *self.variants.values()) for name in names)
 
     def _of_grids(self, draw: int) -> dict[str, Any]:

@@ -22,8 +22,8 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.report.tables import text
 from vessel_hsmc_ros.studies.campaign.dataset import read_rows
+from vessel_hsmc_ros.studies.campaign.distributions import SHIP
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
-from vessel_hsmc_ros.studies.campaign.ship_family import SHIP
 
 CONFIDENCE = 0.95  # confidence of all intervals and bounds of a report
 

@@ -264,7 +264,8 @@ def smooth(run: Measurements) -> Smoothed:
     step = float(np.median(np.diff(run.time)))
     measured = np.isfinite(run.velocity).all()
     columns = np.hstack([run.pose, run.velocity]) if measured else run.pose
-    noise = _noise(columns)
+    # Third differences have 20 times the variance of the noise and hardly any motion.
+    noise = np.sqrt(np.mean(np.square(np.diff(columns, 3, axis=0)), axis=0) / 20.0)
     width = _width(columns, noise)
     pose, rate, second = (savgol_filter(run.pose, width, ORDER, deriv, step, axis=0) for deriv in range(3))
     if measured:
@@ -283,11 +284,6 @@ def in_body_frame(vectors: Array, heading: Array) -> Array:
     """Rotate horizontal vectors from the earth-fixed into the body frame; third components, (n, 3), stay."""
     c, s = np.cos(heading), np.sin(heading)
     return np.column_stack([c * vectors[:, 0] + s * vectors[:, 1], c * vectors[:, 1] - s * vectors[:, 0], vectors[:, 2]])
-
-
-def _noise(columns: Array) -> Array:
-    """Standard deviation of the noise of each column; third differences have 20 times its variance and hardly any motion."""
-    return np.asarray(np.sqrt(np.mean(np.square(np.diff(columns, 3, axis=0)), axis=0) / 20.0))
 
 
 def _width(columns: Array, noise: Array) -> int:

@@ -41,7 +41,6 @@ from vessel_hsmc_ros.studies import batch, scenario_run
 from vessel_hsmc_ros.studies.paper.cases import (
     CASES,
     CLAIMS,
-    FINDINGS,
     LAWS,
     NAN,
     PRINTED,
@@ -291,13 +290,6 @@ def thinned(run: Run) -> Run:
     return Run(**arrays, control=control)
 
 
-def make_case_folder(parent: Path, case: Case) -> RunFolder:
-    """Make a run folder for a case."""
-    path = parent / case.name
-    path.mkdir(parents=True)
-    return RunFolder(path)
-
-
 def _special_law(case: Case, scenario: Scenario) -> Law[Any] | None:
     """The law of a case for which no scenario exists; None for the scenario's own law."""
     controller, vessel = scenario.controller, scenario.vessel_sim.vessel.coefficients()
@@ -334,13 +326,15 @@ def _run_by_nodes(cases: Sequence[Case], parent: Path, progress: Progress, start
     """Run cases by the nodes, one after the other; their progress counts from `start`."""
     results = {}
     for case in cases:
+        folder = RunFolder(parent / case.name)
+        folder.path.mkdir(parents=True)
 
         def add_progress(time: float, start: float = start) -> None:
             progress(start + time)
 
         # Nodes of a concurrent run in the same namespace would mix their topics with these.
         with scenario_run.reserve_namespace(""):
-            results[case.name] = run_case_by_nodes(case, make_case_folder(parent, case), add_progress)
+            results[case.name] = run_case_by_nodes(case, folder, add_progress)
         start += duration_of(case)
     return results
 
@@ -383,10 +377,6 @@ def dump(results: Results, cases: Sequence[Case] = CASES) -> str:
                 **{words: _outcome(claim, law, results) for law, words in LAWS.items()},
             }
             for claim in CLAIMS
-        ],
-        "findings": [
-            {"quantity": f.quantity, "prototype": f.prototype, "here": _finite(f.measured(results)), "agrees": f.agrees(results)}
-            for f in FINDINGS
         ],
     }
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"

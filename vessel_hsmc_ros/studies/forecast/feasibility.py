@@ -18,13 +18,11 @@ A ship that is on its reference has q and p'', but it has no force in sway, so i
 The heading is an internal motion: for m11 < m22 it is stable forwards in time and is integrated so; for m11 > m22 it is stable
 backwards, and a law that knows the future of the reference can take it; near m11 = m22 the equation is algebraic. The implicit
 Euler method in the stable direction solves all three. r' is that of the last iterate, as m23 is small. The equations of surge
-and yaw then give X and N. The motion is feasible if |X| and |N|, their rates, and what has to be commanded through a lag are
-within MAX_LIMIT_SHARE of the limits for MIN_FEASIBLE_SHARE of the last half of the run. Gusts, noise and dead times are not
-considered.
+and yaw then give X and N. |X| and |N|, their rates, and what has to be commanded through a lag must be within MAX_LIMIT_SHARE of
+the limits for MIN_FEASIBLE_SHARE of the time. Gusts, noise and dead times are not considered.
 
-Each leg is judged in a steady motion on its course, by the rules of campaigns (`studies.feasibility`). The surge force
-must give the velocity through the water that the leg takes against the wind. Force and moment must be within their share of the
-limits at the heading at which no sway force is left over.
+Each leg is judged in a steady motion on its course. The surge force must give the velocity through the water that the leg takes
+against the wind. Force and moment must be within their share of the limits at the heading at which no sway force is left over.
 """
 
 import math
@@ -39,7 +37,6 @@ from vessel_hsmc_ros.core.metrics import NO_LEG, NOISE_PEAK, Run, position_error
 from vessel_hsmc_ros.core.quantities import in_noise, number, quantity
 from vessel_hsmc_ros.guidance import curve_motion
 from vessel_hsmc_ros.guidance.curve_motion import LARGEST_DRIFT, Pace
-from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.plant.dynamics import Vessel, damping_force
@@ -52,8 +49,7 @@ from vessel_hsmc_ros.simulation.offline import simulate
 MAX_LIMIT_SHARE = 0.9  # largest share of the limits that a feasible motion takes
 REST_SHARE = 0.8  # largest share of the surge force that station keeping takes
 MIN_FEASIBLE_SHARE = 0.99  # share of the samples of the last half that must be within
-STEP = 0.05  # period of the samples, in T
-BEYOND = 10.0  # time beyond the end from which the heading is integrated backwards, in T
+SAMPLE = 0.05  # period of the samples, in T
 ITERATES = 3  # number of solutions of the sway equation, each with the yaw acceleration of the last one
 MIN_WAY = 0.01  # surge speed through the water below which a heading has no way, relative to the speed of the reference
 
@@ -65,26 +61,6 @@ class Demand(NamedTuple):
     u: Array
     X: Array
     N: Array
-
-
-def infeasible(scenario: Scenario) -> str:
-    """Why no law can keep the ship of a scenario on its reference; empty if one can."""
-    sim = scenario.vessel_sim
-    a, vessel = sim.actuators, sim.vessel.coefficients()
-    T = math.sqrt(vessel.m33 / a.yaw_moment_limit)
-    h = STEP * T
-    samples = math.ceil(sim.duration / h)
-    rows = trajectory(scenario.reference_ship, 1.0 / h, samples + math.ceil(BEYOND / STEP), compiled)
-    current = np.array([sim.disturbance.current.east, sim.disturbance.current.north])
-    wind = np.array([sim.disturbance.earth_fixed.east_force, sim.disturbance.earth_fixed.north_force])
-    if not np.any(rows[:, 3:5]):
-        return infeasible_rest(current, wind, a, vessel)
-    # From the second quarter on: at the start from rest the heading is not determined.
-    needed = demand(rows[samples // 4 :], current, wind, vessel, h)
-    half = slice(samples // 2 - samples // 4, samples - samples // 4)
-    if np.mean(needed.u[half] > MIN_WAY * np.max(rows[:, 3])) < MIN_FEASIBLE_SHARE:
-        return "the ship has no way through the water"
-    return exceeded(Demand(*(column[half] for column in needed)), a, h)
 
 
 def exceeded(needed: Demand, a: ActuatorParameters, h: float) -> str:
@@ -238,11 +214,11 @@ def infeasible_legs(scenario: Scenario, legs: Sequence[Leg]) -> list[str]:
     path = scenario.reference_ship
     if path.mode == "path" and any(path.path.holds):
         sim = scenario.vessel_sim
-        reasons["a hold"] = infeasible_rest(*_loads(scenario), within(sim.actuators, sim.vessel), sim.vessel.coefficients())
+        reasons["a hold"] = infeasible_rest(*mean_loads(scenario), within(sim.actuators, sim.vessel), sim.vessel.coefficients())
     return [f"infeasible on {what}: {why}" for what, why in reasons.items() if why]
 
 
-def _loads(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
+def mean_loads(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Current [m/s] and mean force of the wind [N], east and north."""
     disturbance = scenario.vessel_sim.disturbance
     current, wind = disturbance.current, disturbance.earth_fixed
@@ -251,7 +227,7 @@ def _loads(scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
 
 def _why_not(scenario: Scenario, leg: Leg) -> str:
     """Why a leg cannot be sailed; empty if it can."""
-    sim, (current, wind) = scenario.vessel_sim, _loads(scenario)
+    sim, (current, wind) = scenario.vessel_sim, mean_loads(scenario)
     along = np.array([math.cos(leg.course), math.sin(leg.course)])
     limits = within(sim.actuators, sim.vessel)
     push = MAX_LIMIT_SHARE * limits.surge_force_limit + float(wind @ along)
@@ -264,7 +240,7 @@ def _why_not(scenario: Scenario, leg: Leg) -> str:
     if through > most:
         return f"{quantity(leg.speed, 'm/s')} over ground takes {quantity(through, 'm/s')} through the water, {has}"
     vessel = sim.vessel.coefficients()
-    h = STEP * math.sqrt(vessel.m33 / limits.yaw_moment_limit)
+    h = SAMPLE * math.sqrt(vessel.m33 / limits.yaw_moment_limit)
     rows = np.zeros((SAMPLES, 9))
     rows[:, 2], rows[:, 3] = leg.course, leg.speed
     middle = slice(SAMPLES // 3, 2 * SAMPLES // 3)

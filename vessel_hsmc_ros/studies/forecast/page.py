@@ -15,7 +15,7 @@ from vessel_hsmc_ros.guidance.planned_track import ComplexArray, outline
 from vessel_hsmc_ros.report.diagrams import INK, LIMIT, NEUTRAL, PLANNED, REFERENCE, SHIP, figure
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.scenario.run_folder import provenance
-from vessel_hsmc_ros.studies.forecast import QUANTILES, Conditions, Forecast, band, summary
+from vessel_hsmc_ros.studies.forecast.forecast import QUANTILES, Conditions, Forecast, band, summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""Which ships of a campaign with the family of ships are lost, and why: `python benchmarks/ship_findings.py FOLDER`.
+"""Which ships of a campaign with the family of ships are lost, and why: `python benchmarks/ship_family/ship_findings.py FOLDER`.
 
 `vessel-hsmc campaign strangers` computes such a campaign, and its report counts the lost ships. This distinguishes them: by what
 their owners declare, by their delays, loads, sensors and sizes; and it judges the judgement of what is feasible.
@@ -16,10 +16,11 @@ import numpy as np
 import rich
 from numpy.typing import NDArray
 from rich.table import Table
+from ship_family import ShipFamily
 
+from vessel_hsmc_ros.studies.campaign.distributions import SHIP
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 from vessel_hsmc_ros.studies.campaign.results import Results, clopper_pearson, interval_text, read, share_text
-from vessel_hsmc_ros.studies.campaign.ship_family import SHIP, ShipFamily
 
 
 def main() -> None:
@@ -47,7 +48,7 @@ class Ships:
     """The ships of a campaign with the family, of the draws of which all variants are computed.
 
     A ship is lost if its run fails: it ends early, or exceeds a limit. Only feasible ones count, those that a law with exact
-    knowledge can keep (`feasibility`). All variants of a draw share the ship and its day, so they are compared ship by ship.
+    knowledge can keep. All variants of a draw share the ship and its day, so they are compared ship by ship.
     """
 
     campaign: Campaign

@@ -32,7 +32,7 @@ from vessel_hsmc_ros.scenario.ship_rules import loads, scale_of
 from vessel_hsmc_ros.simulation.compile import ensure_compiled, is_compiled
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies import batch
-from vessel_hsmc_ros.studies.feasibility import Leg, infeasible_legs, legs_of
+from vessel_hsmc_ros.studies.forecast.feasibility import Leg, infeasible_legs, legs_of
 
 WIND_SPEED, WIND_DIRECTION = 0.25, math.radians(20.0)
 """Standard deviations of the mean wind, relative and rad: a forecast of the same day misses the wind measured at 10 m by 1.5 m/s
