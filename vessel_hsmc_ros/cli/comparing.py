@@ -42,6 +42,7 @@ from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.scenario.suite import Row, load_suite
 
 if TYPE_CHECKING:
+    from vessel_hsmc_ros.report.record import Record
     from vessel_hsmc_ros.studies.comparison import LawRun
     from vessel_hsmc_ros.studies.paper.cases import Results
     from vessel_hsmc_ros.studies.scenario_run import Result
@@ -56,20 +57,13 @@ def demo(output: Path) -> None:
     and with the law guided. The command prints a table of the runs and writes a page that overlays them. Each run keeps a
     folder of its own with its recording. Two run at the same time where there are two cores. This takes a minute or two.
     """
-    from vessel_hsmc_ros.studies.scenario_run import DURATION, LAWS, SCENARIO, compare_bags, run_laws
+    from vessel_hsmc_ros.studies.scenario_run import DURATION, LAWS, SCENARIO, conclusions, run_laws
 
     check_writable(output)
     with progress_bar(f"running {SCENARIO} with the laws {', '.join(LAWS)}", len(LAWS) * DURATION) as update:
         parent = run_laws(output, update, _end_if_failed)
-    with progress_bar("comparing the runs", None):  # outside of the lock: another run may start meanwhile
-        from vessel_hsmc_ros.report.tables import metrics_table  # imports the report's libraries
-
-        found = compare_bags([parent.path / law / "bag" for law in LAWS], parent.report)
-    head = ["", *(record.name for record in found.records)]
-    print_table(head, [(row.label, *map(row.text, range(len(LAWS)))) for row in metrics_table(found.records)])
-    for note in found.conclusions:
-        print_line(note)
-    print_files(found.files)
+    title = f"{SCENARIO}: {', '.join(LAWS)}"
+    compare_runs([parent.path / law / "bag" for law in LAWS], parent.report, title, conclusions)
 
 
 def _end_if_failed(result: "Result") -> None:
@@ -116,7 +110,10 @@ def compare(
                 "recorded runs cannot be compared with scenarios: give run folders or bags alone, without options"
             )
         refuse_without("scenarios", "workers", "jobs", "interpreted")
-        compare_runs(recorded, output)
+        from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
+
+        bags = [bag_path(run) for run in recorded]  # before the folder is created: a wrong path leaves nothing behind
+        compare_runs(bags, make_run_folder(output, "compare").report)
         return
     for name in scenarios:  # the law is that of each run
         load_checked(name, {"controller.law": "guided", **parse_changes(changes)}, varied=True)
@@ -146,15 +143,22 @@ def is_recorded(name: str) -> bool:
     return (Path(name).is_dir() and name not in scenario_names()) or Path(name).suffix == ".mcap"
 
 
-def compare_runs(runs: Sequence[Path], output: Path) -> None:
-    """Print the metrics of recorded runs, and write their common page."""
-    from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
-    from vessel_hsmc_ros.studies.comparison import compare_bags
+def compare_runs(
+    bags: Sequence[Path], page: Path, title: str = "", conclusions: Callable[[Sequence["Record"]], Sequence[str]] = lambda _: ()
+) -> None:
+    """Print the metrics of recorded runs and what follows from them, and write their common page."""
+    with progress_bar("comparing the runs", None):
+        from vessel_hsmc_ros.report.page import Options, read, write_files  # imports the libraries of reports
+        from vessel_hsmc_ros.report.tables import metrics_table
 
-    bags = [bag_path(run) for run in runs]  # before the folder is created: a wrong path leaves nothing behind
-    done = compare_bags(bags, make_run_folder(output, "compare"))
-    print_table(done.head, done.table)
-    print_files(done.files)
+        records = read(bags)
+        notes = tuple(conclusions(records))
+        made = write_files(records, Options(page=page, title=title, figures="png", notes=notes))
+    head = ["", *(record.name for record in records)]
+    print_table(head, [(row.label, *map(row.text, range(len(records)))) for row in metrics_table(records)])
+    for note in notes:
+        print_line(note)
+    print_files(made.files)
 
 
 def chosen(laws: str | None) -> list[str]:

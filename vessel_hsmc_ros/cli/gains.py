@@ -119,7 +119,7 @@ def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
     """
     loaded = load_checked(scenario, parse_changes(changes))
     case = case_of(loaded)
-    parts = parts_of(case)
+    parts = {**({"under way": under_way(case)} if case.speed > 0.0 else {}), "at rest": at_a_point(case)}
     limits = limits_of(case)
     if as_json:
         print_json({**{name: _part_content(part) for name, part in parts.items()}, "limits": limits._asdict()})
@@ -129,11 +129,6 @@ def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
     show(parts, case.known.length)
     for line in [*_not_covered(loaded), *_in_words(case, limits)]:
         print_line(line)
-
-
-def parts_of(case: Case) -> dict[str, Part]:
-    """The certificates of the motions that a case has, by name."""
-    return {**({"under way": under_way(case)} if case.speed > 0.0 else {}), "at rest": at_a_point(case)}
 
 
 def show(parts: dict[str, Part], length: float) -> None:

@@ -17,7 +17,7 @@ from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, Param
 from vessel_hsmc_ros.core.install_paths import shell_command
 from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.own_ship import ship_of
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml, tree
+from vessel_hsmc_ros.scenario.parameters_file import tree
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
@@ -57,8 +57,8 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
     argument all vessels of the library are simulated. The water is calm. The run folder receives a page with tracks and metrics,
     the metrics as CSV, and a scenario for each manoeuvre, which `vessel-hsmc run` takes.
     """
-    from vessel_hsmc_ros.studies.manoeuvres.page import TITLES, overview
-    from vessel_hsmc_ros.studies.manoeuvres.run import run, ship_named  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.manoeuvres import page  # imports the libraries of reports
+    from vessel_hsmc_ros.studies.manoeuvres.run import run, ship_named
 
     named = list(ships or vessel_names())
     scaled = [ship_named(name, parse_changes(changes)) for name in named]
@@ -70,20 +70,20 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
         for k, ship in enumerate(scaled):
 
             def show(name: str, number: int, _total: int, done: int = k * len(wanted), of: str = ship.name) -> None:
-                update(done + number, f"{of}: {TITLES[name]} ...")
+                update(done + number, f"{of}: {page.TITLES[name]} ...")
 
             found.append(run(ship, wanted, show))
     if markdown:
-        head, lines = overview(found)
+        head, lines = page.overview(found)
         for line in (head, ["---"] * len(head), *lines):
             print_line(f"| {' | '.join(line)} |")
         return
     if len(found) > 1:
-        print_table(*overview(found))
+        print_table(*page.overview(found))
     for name, results in zip(named, found, strict=True):
         if len(found) == 1:
             print_results(results)
-        _write_page(name, results, output)
+        print_files(page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results))
 
 
 def print_results(results: "Results") -> None:
@@ -96,12 +96,6 @@ def print_results(results: "Results") -> None:
         for note in notes(done):
             print_line(note)
     print_line(f"Criteria: {SOURCE}; {APPLIES}.")
-
-
-def _write_page(name: str, results: "Results", output: Path) -> None:
-    from vessel_hsmc_ros.studies.manoeuvres import page  # imports the libraries of reports
-
-    print_files(page.write(make_run_folder(output, f"{Path(name).stem}_manoeuvres").path, results))
 
 
 @click.command()
@@ -136,8 +130,10 @@ HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]
 
 def _ship(name: str) -> "tuple[ShipParameters, str]":
     """The ship of a vessel or of a scenario, and the section `vessel` that describes it in a new scenario."""
+    from vessel_hsmc_ros.studies.manoeuvres.run import is_vessel
+
     is_file = Path(name).suffix in (".yaml", ".yml")
-    if name in vessel_names() or (is_file and _is_vessel_file(Path(name))):
+    if is_vessel(name):
         values: dict[str, object] = dict(read_vessel(name).values)
         section = {"vessel": name} if not is_file else tree(values)
     elif is_file or name in scenario_names():
@@ -160,15 +156,6 @@ def _hull_data(ship: "ShipParameters") -> dict[str, object]:
         # A coefficient of zero is written: left out, it would be that of the paper's ship.
         if key != "name" and (value != entries[key].default or (isinstance(value, float) and math.isfinite(value)))
     }
-
-
-def _is_vessel_file(path: Path) -> bool:
-    """Whether a YAML file describes a vessel, not a scenario."""
-    try:
-        document = read_yaml(read_text(path))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ScenarioError(f"file {path} cannot be read: {in_one_line(error)}") from None
-    return isinstance(document, dict) and "vessel" in document
 
 
 def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:

@@ -24,7 +24,6 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, RunError, SimulationError
-from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics, Run, evaluate_errors
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.report.record import bounds, has_legs, hull_length, measured
@@ -302,7 +301,11 @@ def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
     """The metrics of a run, as `report.record.measured` gives them, without keeping more than they need."""
     grid = RateGrid(scenario.vessel_sim.rate_hz)
     samples = sample_count(scenario.vessel_sim.duration, grid)
-    loop = make_loop(scenario, samples, brief=_brief(samples))
+    # An array for the metrics of one run of this thread after the other.
+    brief = getattr(_own, "brief", None)
+    if brief is None or brief.shape[1] != samples:
+        brief = _own.brief = np.empty((BRIEF, samples))
+    loop = make_loop(scenario, samples, brief=brief)
     while loop.done < samples:
         loop.advance(min(loop.done + loop.block, samples))
         if progress:
@@ -311,11 +314,3 @@ def _metrics(scenario: Scenario, progress: Progress | None) -> Metrics:
     return evaluate_errors(
         found.time, found.error, found.wrench, commanded=found.command, limits=bounds(scenario), hull_length=hull_length(scenario)
     )
-
-
-def _brief(samples: int) -> Array:
-    """An array for the metrics of one run of this thread after the other."""
-    found: Array | None = getattr(_own, "brief", None)
-    if found is None or found.shape[1] != samples:
-        found = _own.brief = np.empty((BRIEF, samples))
-    return found

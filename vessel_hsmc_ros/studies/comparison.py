@@ -1,4 +1,4 @@
-"""Comparison of control laws: every law on every case, simulated offline on all cores; and of recorded runs."""
+"""Comparison of control laws: every law on every case, simulated offline on all cores."""
 
 import importlib.util
 import json
@@ -17,12 +17,9 @@ from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
 from vessel_hsmc_ros.report.diagrams import INK, LAW_COLOURS, NEUTRAL, SERIES, figure
-from vessel_hsmc_ros.report.page import Options, read
-from vessel_hsmc_ros.report.page import write_files as write_report
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.record import bounds, planned
-from vessel_hsmc_ros.report.tables import metrics_table
-from vessel_hsmc_ros.scenario.run_folder import RunFolder, file_name, provenance
+from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
@@ -148,22 +145,6 @@ def compare(tasks: Sequence[Task], jobs: int | None = None, progress: Callable[[
     # All are prepared before the first one runs: a wrong name is reported at once and not after minutes of simulation.
     ensure_compiled([prepare(task)[0] for task in tasks])
     return batch.run_all(run_task, tasks, workers=jobs, on_result=progress)
-
-
-class Compared(NamedTuple):
-    """Recorded runs side by side."""
-
-    head: list[str]  # the names of the runs, after an empty one for the labels
-    table: list[list[str]]  # label and value for each run; MISSING where a run lacks it
-    files: dict[str, Path]  # the written files by kind
-
-
-def compare_bags(bags: Sequence[Path], folder: RunFolder) -> Compared:
-    """Compare the metrics of recorded runs, and write their common page and figures into a run folder."""
-    records = read(bags)
-    made = write_report(records, Options(page=folder.report, figures="png"))
-    table = [[row.label, *(row.text(run) for run in range(len(records)))] for row in metrics_table(records)]
-    return Compared(["", *(record.name for record in records)], table, made.files)
 
 
 NUMBERS = (

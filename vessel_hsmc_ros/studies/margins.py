@@ -22,7 +22,6 @@ from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.guidance.factory import trajectory
 from vessel_hsmc_ros.plant.dynamics import acceleration, unforced_acceleration
-from vessel_hsmc_ros.scenario.parameters import ControllerParameters
 from vessel_hsmc_ros.scenario.scenario import Scenario, make_law
 
 GAIN_MARGIN_DB, PHASE_MARGIN_DEG = 6.0, 40.0  # the margins below which a loop is reported
@@ -73,20 +72,15 @@ def study(scenario: Scenario) -> Study:
     motion = trajectory(scenario.reference_ship, RATE_HZ, max(count, 3))
     mean = float(np.mean(np.hypot(motion[:, 3], motion[:, 4])[len(motion) // 2 :]))
     c, period = scenario.controller, RateGrid(scenario.controller.rate_hz).period
-    law, point = make_law(_without_identification(c)), controlled_point_of(c.vessel, period)
+    own = getattr(c, c.law)
+    if hasattr(own, "actuator_identification"):  # the law keeps its model of the actuators
+        own = replace(own, actuator_identification=False)
+    law, point = make_law(replace(c, **{c.law: own})), controlled_point_of(c.vessel, period)
     if not isinstance(law, KernelLaw):
         raise ParameterError(f"controller.law must be a law with a kernel, such as guided, for margins (got {c.law})")
     speed = max(mean, point.U_0)
     found = {name: margins(loop, period) for name, loop in loops(law, point, ship_about(scenario, speed), period).items()}
     return Study(speed, found, *_needs(scenario, motion))
-
-
-def _without_identification(c: ControllerParameters) -> ControllerParameters:
-    """The parameters of a controller whose law keeps its model of the actuators."""
-    own = getattr(c, c.law)
-    if not hasattr(own, "actuator_identification"):
-        return c
-    return replace(c, **{c.law: replace(own, actuator_identification=False)})
 
 
 def _needs(scenario: Scenario, motion: Array) -> tuple[Need, Need]:

@@ -345,24 +345,6 @@ def _run(task: Task, progress: Progress) -> Result:
     return run_nodes(scenario, task.folder, "", progress, requested_at=requested_at)
 
 
-class Comparison(NamedTuple):
-    """The runs of the demonstration, a sentence on each, and the written files by kind."""
-
-    records: list["Record"]
-    conclusions: tuple[str, ...]
-    files: dict[str, Path]
-
-
-def compare_bags(bags: Sequence[Path], page: Path) -> Comparison:
-    """Write a page that overlays the runs of the demonstration."""
-    from vessel_hsmc_ros.report.page import Options, read, write_files  # imports the libraries of reports
-
-    records = read(bags)
-    notes = conclusions(records)
-    made = write_files(records, Options(page=page, title=f"{SCENARIO}: {', '.join(LAWS)}", figures="png", notes=notes))
-    return Comparison(records, notes, made.files)
-
-
 def conclusions(records: Sequence["Record"]) -> tuple[str, ...]:
     """One sentence on each run, whether its law converges, and one on the forces by which their approaches differ."""
     judged = [(record, record.metrics) for record in records if record.metrics]

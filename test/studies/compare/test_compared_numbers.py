@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from records import make_run
 
+from vessel_hsmc_ros.cli import comparing
 from vessel_hsmc_ros.core.metrics import Metrics, Run
 from vessel_hsmc_ros.core.node_list import taking_part
 from vessel_hsmc_ros.nodes.runs.processes import spread
-from vessel_hsmc_ros.report import Record
+from vessel_hsmc_ros.report import Record, page
 from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.page import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
-from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict
 from vessel_hsmc_ros.studies import comparison
@@ -248,11 +248,14 @@ def test_recorded_runs_are_compared_under_their_own_names(monkeypatch: pytest.Mo
         Record(name, make_run(TIME, np.zeros((len(TIME), 6))), Metrics(*(factor * (value or 0.0) for value in scale)))
         for name, factor in (("one", 1.0), ("two", 3.0))
     ]
-    monkeypatch.setattr(comparison, "read", lambda _: runs)
-    monkeypatch.setattr(comparison, "write", lambda records, _: WrittenFiles(records, {}))
-    found = comparison.compare_bags([], RunFolder(tmp_path))
-    assert found.head == ["", "one", "two"]
-    assert ["position error, final", "3 m", "9 m"] in found.table
+    printed: list[Any] = []
+    monkeypatch.setattr(page, "read", lambda _: runs)
+    monkeypatch.setattr(page, "write_files", lambda records, _: WrittenFiles(records, {}))
+    monkeypatch.setattr(comparing, "print_table", lambda *given: printed.extend(given))
+    comparing.compare_runs([], tmp_path / "report.html")
+    head, table = printed
+    assert head == ["", "one", "two"]
+    assert ("position error, final", "3 m", "9 m") in table
 
 
 @pytest.mark.parametrize(

@@ -10,11 +10,12 @@ import pytest
 from records import make_run
 from unrendered import leave_unrendered
 
+from vessel_hsmc_ros.cli.comparing import compare_runs
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import dump_scenario, load_scenario
 from vessel_hsmc_ros.studies import scenario_run
-from vessel_hsmc_ros.studies.scenario_run import compare_bags, conclusions, run_laws
+from vessel_hsmc_ros.studies.scenario_run import conclusions, run_laws
 
 
 def approaching(name: str, final_distance: float, force: float = 1.0) -> Record:
@@ -58,16 +59,21 @@ def test_runs_without_metrics_allow_no_conclusion() -> None:
 
 
 @pytest.mark.long
-def test_both_runs_are_in_one_page_under_the_names_of_their_laws(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_runs_are_in_one_page_under_the_names_of_their_laws(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     leave_unrendered(monkeypatch)
     for law in ("hierarchical_printed", "guided"):
         bag_making.write_run(tmp_path / law / "bag", 100)
         scenario = load_scenario("case2_tracking", {"controller.law": law})
         (tmp_path / law / "params.yaml").write_text(dump_scenario(scenario))
-    found = compare_bags([tmp_path / law / "bag" for law in ("hierarchical_printed", "guided")], tmp_path / "report.html")
-    assert [record.name for record in found.records] == ["hierarchical_printed", "guided"]
-    assert len(found.conclusions) == 2
-    assert found.files == {"page": tmp_path / "report.html", "figures": tmp_path / "figures"}
+    compare_runs(
+        [tmp_path / law / "bag" for law in ("hierarchical_printed", "guided")], tmp_path / "report.html", "", conclusions
+    )
+    printed = capsys.readouterr().out
+    assert "page: " in printed
+    assert "figures: " in printed
+    assert (tmp_path / "figures").is_dir()
     page = (tmp_path / "report.html").read_text()
     assert "The guided law" in page
     assert page.index("paper&#39;s law as printed (hierarchical_printed)") < page.index("The guided law")

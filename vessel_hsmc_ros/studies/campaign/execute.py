@@ -163,8 +163,8 @@ def run_campaign(
         CampaignError: the folder is in use, damaged or that of another campaign; or the cluster cannot be reached or fails.
         RunError: a worker process was killed.
     """
-    if scheduler:
-        check_address(scheduler)
+    if scheduler and not re.fullmatch(r"(tcp|tls|ucx|wss?)://.+:\d{1,5}", scheduler):
+        raise ParameterError(f"--scheduler must be an address such as tcp://host:8786 (got {scheduler})")
     campaign = Campaign.load(file, runs, seed)
     given = Path(file) if folder is None and Path(file).is_dir() else folder
     dataset = Dataset(Path(given or default_folder(campaign)))
@@ -232,12 +232,6 @@ class Computed(NamedTuple):
     content: bytes
     host: str
     versions: dict[str, str]
-
-
-def check_address(scheduler: str) -> None:
-    """Check the form of the address of a scheduler. Raises ParameterError if it has another form."""
-    if not re.fullmatch(r"(tcp|tls|ucx|wss?)://.+:\d{1,5}", scheduler):
-        raise ParameterError(f"--scheduler must be an address such as tcp://host:8786 (got {scheduler})")
 
 
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:

@@ -120,12 +120,6 @@ def document(source: Source) -> dict[str, Any]:
     return found
 
 
-def with_seed(source: Source, seed: int) -> Source:
-    """The texts of the same campaign with another seed, which is another campaign."""
-    text, count = re.subn(r"(?m)^seed:.*$", f"seed: {seed}", source.text)
-    return source._replace(text=text if count else f"{source.text.rstrip()}\nseed: {seed}\n")
-
-
 def read_about(folder: Path) -> dict[str, Any]:
     """Read campaign.json in the folder of a campaign. Raises CampaignError if it is missing or damaged."""
     try:
@@ -311,7 +305,10 @@ class Campaign(CampaignFile):
                 )
             return cls.of_folder(path, runs)
         source = read_source(path)
-        return cls.parse(source if seed is None else with_seed(source, seed), runs)
+        if seed is not None:  # another campaign, whose texts say so
+            text, count = re.subn(r"(?m)^seed:.*$", f"seed: {seed}", source.text)
+            source = source._replace(text=text if count else f"{source.text.rstrip()}\nseed: {seed}\n")
+        return cls.parse(source, runs)
 
     @classmethod
     def of_folder(cls, folder: Path | str, runs: int | None = None) -> "Campaign":

@@ -304,7 +304,8 @@ def _runs_as_points(drawn: Scatter, square: bool) -> Figure:
     # A run without a value is at the top edge.
     top = float(y[finite].max()) * (2.0 if drawn.y.logarithmic else 1.1) if finite.any() else 1.0
     y = np.where(finite, y, top)
-    size = _size(len(x), square)
+    # Smaller points where there are many; in a map nearly as wide as a cell of a full grid.
+    size = max(4.0, min(16.0, 240.0 / math.sqrt(len(x)))) if square else (6.0 if len(x) < 1000 else 4.0)
     tint, (low, high), bar = _scale(drawn)
     scale = {"colorscale": "Viridis", "reversescale": True, "cmin": low, "cmax": high, "colorbar": bar}
     traces = []
@@ -401,20 +402,13 @@ def _scale(drawn: Scatter) -> tuple[Array, tuple[float | None, float | None], Fi
     """The quantity that is a colour, on its scale; its range, and the bar that shows it."""
     with np.errstate(divide="ignore"):
         tint = np.log10(drawn.values[2]) if drawn.colour.logarithmic else drawn.values[2]
+    title = {"text": drawn.colour.name, "side": "right", "font": {"size": 11}}
+    bar: Figure = {"thickness": 12, "outlinewidth": 0, "title": title}
     finite = tint[np.isfinite(tint)]
-    ends = (float(finite.min()), float(finite.max())) if len(finite) else (None, None)
-    return tint, ends, _colour_bar(drawn.colour, tint)
-
-
-def _colour_bar(axis: Axis, tint: Array) -> Figure:
-    bar: Figure = {"thickness": 12, "outlinewidth": 0, "title": {"text": axis.name, "side": "right", "font": {"size": 11}}}
-    finite = tint[np.isfinite(tint)]
-    if axis.logarithmic and len(finite):
-        places = np.arange(math.ceil(finite.min()), math.floor(finite.max()) + 1)
+    if not len(finite):
+        return tint, (None, None), bar
+    low, high = float(finite.min()), float(finite.max())
+    if drawn.colour.logarithmic:
+        places = np.arange(math.ceil(low), math.floor(high) + 1)
         bar |= {"tickvals": places.tolist(), "ticktext": [f"{10.0**place:g}" for place in places]}
-    return bar
-
-
-def _size(count: int, square: bool) -> float:
-    """Diameter of a point in pixels: smaller where there are many; in a map nearly as wide as a cell of a full grid."""
-    return max(4.0, min(16.0, 240.0 / math.sqrt(count))) if square else (6.0 if count < 1000 else 4.0)
+    return tint, (low, high), bar

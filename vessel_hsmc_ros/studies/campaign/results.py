@@ -292,8 +292,12 @@ class Results:
     def by_variant(self) -> dict[str, "Results"]:
         """The runs of each variant, in the order of the campaign file."""
         column = self.rows[self.campaign.variant_column]
-        found = {variant: self._chosen(column == variant) for variant in self.campaign.variants}
-        return {variant: results for variant, results in found.items() if len(results)}
+        masks = {variant: column == variant for variant in self.campaign.variants}
+        return {
+            variant: Results(self.campaign, {name: values[mask] for name, values in self.rows.items()})
+            for variant, mask in masks.items()
+            if mask.any()
+        }
 
     def cost(self, metric: str) -> Array:
         """Magnitudes of a metric, (n,); infinite for a run that ended early, or whose error has not settled.
@@ -326,9 +330,6 @@ class Results:
         """Indices of the worst runs, those that ended early before those with the largest main metric."""
         order = np.lexsort((self.rows["run"], -self.cost(self.main)))
         return order[:count].astype(np.int64)
-
-    def _chosen(self, mask: NDArray[np.bool_]) -> "Results":
-        return Results(self.campaign, {name: column[mask] for name, column in self.rows.items()})
 
 
 def read(folder: Path) -> Results:

@@ -210,12 +210,12 @@ def held_out_cases(source: str, changes: Mapping[str, object], law: str, others:
         campaign = Campaign.load(source)
         return _of_campaign(replace(campaign, seed=campaign.seed + SEED_STEP), {**changes, LAW: law})
     cases = load_cases(source, changes, law)
-    return cases if others else [replace(case, scenario=_reseeded(case.scenario)) for case in cases]
-
-
-def _reseeded(scenario: Scenario) -> Scenario:
-    seed = (scenario.vessel_sim.seed + SEED_STEP) % SEEDS
-    return replace(scenario, vessel_sim=replace(scenario.vessel_sim, seed=seed))
+    if others:
+        return cases
+    seeds = [(case.scenario.vessel_sim.seed + SEED_STEP) % SEEDS for case in cases]
+    return [
+        replace(case, scenario=case.scenario.changed({"vessel_sim.seed": seed})) for case, seed in zip(cases, seeds, strict=True)
+    ]
 
 
 def law_of(cases: Sequence[Case]) -> str:

@@ -204,13 +204,9 @@ def _difference(recorded: Mapping[str, Any], definition: Mapping[str, Any]) -> s
     """The first entry in which two definitions differ, in words; empty if they are equal."""
     for name, value in definition.items():
         if recorded.get(name) != value:
-            there, here = (_short(each) for each in (recorded.get(name), value))
+            there, here = ("is missing" if each is None else f"= {each}" for each in (recorded.get(name), value))
             return f"{name} {there} there and {here} here" if len(there + here) < 120 else f"other {name}"
     return ""
-
-
-def _short(value: object) -> str:
-    return "is missing" if value is None else f"= {value}"
 
 
 EDGE = 0.02  # a gain is at the edge of its range within this share of it
