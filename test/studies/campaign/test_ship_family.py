@@ -194,8 +194,9 @@ def test_a_campaign_of_a_family_that_is_not_installed_is_refused_with_the_remedy
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(distributions, "entry_points", lambda **_: ())
+    anew = distributions.ship_family.__wrapped__
     for module in (distributions, plans):
-        monkeypatch.setattr(module, "ship_family", distributions.ship_family.__wrapped__)
+        monkeypatch.setattr(module, "ship_family", anew)
     for given in ({}, {"variants": None, "set": {"ship.length": 2.0}, "draw": {}}):
         with pytest.raises(InstallationError, match=r"pip install \./benchmarks/ship_family"):
             drawn(tmp_path, **given)
