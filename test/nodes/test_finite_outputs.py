@@ -56,7 +56,7 @@ class Drive(SteppedNode):
         """Some periods with a state of the law, by the fields of STATE, and a commanded wrench."""
         for _ in range(steps):
             self.wait(PERIOD)
-            self.node._on_command(self.wrench(*command))
+            self.node._input.take(self.wrench(*command))
             self.node._on_state(self.stamped(ControlState(operation=ControlState.ACTIVE, **dict(zip(STATE, state, strict=True)))))
             self.node._on_timer()
 
@@ -155,12 +155,14 @@ def test_whatever_is_commanded_an_autopilot_can_take_it(bench: Any, monkeypatch:
     for a, b in itertools.product(NUMBERS, NUMBERS):
         made.wait(PERIOD)
         if form == "manual":
-            given.wrench.take(made.wrench(a, b))
-        twist = TwistStamped()
-        twist.twist.linear.x, twist.twist.angular.z = a, b
-        given._on_velocity(twist)
-        for index, thrust in enumerate((a, b) if form == "channels" else ()):
-            given._on_thrust(index, Float64(data=thrust))
+            given.input.take(made.wrench(a, b))
+        elif form == "guided":
+            twist = TwistStamped()
+            twist.twist.linear.x, twist.twist.angular.z = a, b
+            given.input.take("cmd_vel", twist)
+        else:
+            for topic, thrust in zip(given.input._latest, (a, b), strict=True):
+                given.input.take(topic, Float64(data=thrust))
         with np.errstate(over="ignore"):
             given.send(given.present() or given.nothing)
     assert all(np.isfinite(pair).all() for pair in sent)

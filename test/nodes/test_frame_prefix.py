@@ -65,7 +65,7 @@ def test_of_a_drive(bench: Any, monkeypatch: pytest.MonkeyPatch, given: dict[str
     made = Vessel(bench, monkeypatch, DriveNode, **given)
     for _ in range(3):
         made.wait(0.02)
-        made.node._on_command(made.command())
+        made.node._input.take(made.command())
         made.node._on_state(made.stamped(ControlState(operation=ControlState.ACTIVE)))
         made.node._on_timer()
     made.node._send_zero()

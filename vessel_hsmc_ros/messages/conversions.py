@@ -117,26 +117,17 @@ def _pose_values(state: Motion | Array) -> tuple[float, ...]:
     return float(state[0]), float(state[1]), *quaternion_from_heading(float(state[2]))
 
 
-def _twist_values(state: Motion | Array) -> tuple[float, ...]:
-    return float(state[3]), float(state[4]), float(state[5])
-
-
 def _motion_values(state: Motion | Array) -> tuple[float, ...]:
-    return _pose_values(state) + _twist_values(state)
-
-
-def _reference_values(state: Array, acceleration: Array) -> tuple[float, ...]:
-    return *_motion_values(state), float(acceleration[0]), float(acceleration[1]), float(acceleration[2])
-
-
-def _control_values(terms: Terms, operation: int, reason: int, compute_time: float, missed_periods: int) -> tuple[Any, ...]:
-    return *terms, operation, reason, compute_time, missed_periods
+    return *_pose_values(state), float(state[3]), float(state[4]), float(state[5])
 
 
 ODOMETRY = Content((*_names("pose.pose", *_POSE), *_names("twist.twist", *_TWIST)), _motion_values)
 """Of a state x, y, psi, u, v, r, (6,)."""
 
-REFERENCE = Content((*_names("pose", *_POSE), *_names("twist", *_TWIST), *_names("acceleration", *_TWIST)), _reference_values)
+REFERENCE = Content(
+    (*_names("pose", *_POSE), *_names("twist", *_TWIST), *_names("acceleration", *_TWIST)),
+    lambda state, acceleration: (*_motion_values(state), *map(float, acceleration[:3])),
+)
 """Of a state, (6,), and of surge, sway and yaw acceleration in the body frame, (3,)."""
 
 POSE = Content(_names("pose", *_POSE), _pose_values)
@@ -151,8 +142,10 @@ BODY_WRENCH = Content(_names("wrench", "force.x", "force.y", "torque.z"), tuple)
 ACCELERATION = Content(_names("accel", *_TWIST), tuple)
 """Of the accelerations of surge, sway and yaw in the body frame."""
 
-CONTROL_STATE = Content((*Terms._fields, "operation", "reason", "compute_time", "missed_periods"), _control_values)
-"""Of the terms of the law, each in the field of the same name, and of the other fields of the message."""
+CONTROL_STATE = Content(
+    (*Terms._fields, "operation", "reason", "compute_time", "missed_periods"), lambda terms, *others: (*terms, *others)
+)
+"""Of the terms of the law, each in the field of the same name, and of the other fields of the message in their order."""
 
 
 class Outgoing:

@@ -17,6 +17,7 @@ import vessel_hsmc_msgs.action
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.duration import Duration
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -27,7 +28,7 @@ from vessel_hsmc_ros.guidance.factory import half_length
 from vessel_hsmc_ros.guidance.tasks import Code, Done, Goal, Limits, Order, Output, Progress, Report, Sail, Sight, Tasks
 from vessel_hsmc_ros.guidance.waypoints import NONE, Point
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.conversions import read_goal, read_path, time_message
+from vessel_hsmc_ros.messages.conversions import path_event, read_goal, read_path
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
 from vessel_hsmc_ros.nodes.vessel_sight import VesselSight
@@ -139,11 +140,9 @@ def filled(message: Any, values: dict[str, Any]) -> Any:
     return message
 
 
-def duration(message: Any, seconds: float) -> Any:
+def duration(seconds: float) -> Any:
     """A builtin_interfaces/Duration with a time, s; as long as it can be where the time is infinite."""
-    time = time_message(round(max(0.0, min(seconds, 2e9)) * 1e9) if not math.isnan(seconds) else 0)
-    message.sec, message.nanosec = time.sec, time.nanosec
-    return message
+    return Duration(seconds=0.0 if math.isnan(seconds) else max(0.0, min(seconds, 2e9))).to_msg()
 
 
 def missed(result: Any, way: Way, passed: int, code: int) -> None:
@@ -284,7 +283,9 @@ class Actions:
             way = accepted.way
             points = [complex(*point) for point in way.points]
             accepted.progress = Progress(complex(*self._node.here), points, self._room)
-            self._node.reporter.event("goal" if len(points) == 1 else "path", f"{accepted.action.kind}: {_place_of(way)}")
+            x, y = way.points[-1]
+            place = f"x = {x:g}, y = {y:g}" if len(points) == 1 else path_event(way.points)
+            self._node.reporter.event("goal" if len(points) == 1 else "path", f"{accepted.action.kind}: {place}")
             self.apply(self.tasks.sailed(accepted.goal))
 
         def refused(why: str) -> None:
@@ -332,13 +333,9 @@ class Actions:
             "current_waypoint": (accepted.way.first + progress.leg - 1) % accepted.way.total,
             "current_pose": pose,
             "number_of_recoveries": min(self.tasks.recoveries, 32767),
+            "estimated_time_remaining": duration(self._node.helm.time_left),
+            "navigation_time": duration(time.monotonic() - accepted.begun),
         }
-        for name, seconds in (
-            ("estimated_time_remaining", self._node.helm.time_left),
-            ("navigation_time", time.monotonic() - accepted.begun),
-        ):
-            if hasattr(feedback, name):
-                duration(getattr(feedback, name), seconds)
         accepted.handle.publish_feedback(filled(feedback, values))
 
     # -- time -----------------------------------------------------------------------------------------------------------
@@ -401,8 +398,3 @@ class Actions:
     def remark(self) -> str:
         """What a person should know; empty if there is nothing."""
         return self.tasks.blocked or (self._sight.problem() if self._sight else "")
-
-
-def _place_of(way: Way) -> str:
-    x, y = way.points[-1]
-    return f"{len(way.points)} waypoints, the last at x = {x:g}, y = {y:g}" if len(way.points) > 1 else f"x = {x:g}, y = {y:g}"

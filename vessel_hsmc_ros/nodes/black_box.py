@@ -54,8 +54,7 @@ class BlackBox:
         kind = raw.type_name(message if isinstance(message, type) else type(message))
         data = data or serialize_message(message)
         if len(data) > MEMORY:  # it would displace all others
-            text = f"a message of {topic} must be at most {MEMORY / 1e6:.0f} MB for the black box (got {len(data) / 1e6:.0f} MB)"
-            self._node.get_logger().warning(f"{text}: left out", once=True)
+            self._node.get_logger().warning(f"a message of {topic} is too large for the black box: left out", once=True)
             return
         now = time.monotonic_ns()  # the clock of the stamps may be set
         self._kept.append((now, (self._stamp(), topic, kind, data)))
@@ -67,10 +66,8 @@ class BlackBox:
         """The callback of a raw subscription that passes each message on, and keeps it."""
 
         def receive(data: bytes) -> None:
-            try:
-                callback(data)
-            finally:  # also a message that ends the node
-                self.keep(topic, kind, data)
+            self.keep(topic, kind, data)  # first: also a message that ends the node
+            callback(data)
 
         return receive
 

@@ -401,12 +401,16 @@ def _sail(remote: Remote, name: str, fields: dict[str, Any], show: Show) -> Resu
                 break
         if not sending.done() or not sending.result().accepted:
             raise RunError(f"{remote.name(REFERENCE)} has not accepted the goal within {ANSWER_LIMIT:g} s")
-        return _result(_awaited(remote, client, sending.result()))
-    except KeyboardInterrupt:
-        _cancel(remote, sending)
+        response = _awaited(remote, client, sending.result())
+    except KeyboardInterrupt:  # the goal is cancelled, also one that has not been accepted yet
+        if sending is not None and remote.until(sending.done, REPEAT_AFTER) and sending.result().accepted:
+            remote.until(sending.result().cancel_goal_async().done, ANSWER_LIMIT)
         raise
     finally:
         client.destroy()
+    reached, result = response.status == GoalStatus.STATUS_SUCCEEDED, response.result
+    text = getattr(result, "error_msg", "") or ("reached" if reached else f"ended with code {result.error_code}")
+    return Result(reached, str(text))
 
 
 def _type(remote: Remote, name: str) -> Any:
@@ -433,18 +437,6 @@ def _awaited(remote: Remote, client: ActionClient, handle: Any) -> Any:
         if absent > GONE:
             raise RunError(f"{remote.name(REFERENCE)} has ended before the goal")
     return result.result()
-
-
-def _cancel(remote: Remote, sending: Any) -> None:
-    """Cancel the goal, also one that has not been accepted yet."""
-    if sending is not None and remote.until(sending.done, REPEAT_AFTER) and sending.result().accepted:
-        remote.until(sending.result().cancel_goal_async().done, ANSWER_LIMIT)
-
-
-def _result(response: Any) -> Result:
-    reached, result = response.status == GoalStatus.STATUS_SUCCEEDED, response.result
-    text = getattr(result, "error_msg", "") or ("reached" if reached else f"ended with code {result.error_code}")
-    return Result(reached, str(text))
 
 
 def _progress(feedback: Any) -> Progress:
