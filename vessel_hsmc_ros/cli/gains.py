@@ -125,19 +125,19 @@ def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
         print_json({**{name: _part_content(part) for name, part in parts.items()}, "limits": limits._asdict()})
         return
     title = f"conditions, each above 1, with hull data to {100 * BOX:.0f} %"
-    print_table(["", "condition", "value"], _conditions(parts), title=title, text_columns=2)
+    rows = [
+        [name, each.name, f"{each.ratio.low:.3g} to {each.ratio.high:.3g}"]
+        for name, part in parts.items()
+        for each in part.clauses
+    ]
+    print_table(["", "condition", "value"], rows, title=title, text_columns=2)
     show(parts, case.known.length)
     for line in [*_not_covered(loaded), *_in_words(case, limits)]:
         print_line(line)
 
 
 def show(parts: dict[str, Part], length: float) -> None:
-    """Print a line on each part: its bound, or the condition that fails.
-
-    Args:
-        parts: The parts by name.
-        length: Of the hull, m.
-    """
+    """Print a line on each part: its bound, or the condition that fails; the length of the hull in m."""
     for name, part in parts.items():
         if part.failed:
             print_line(f"no certificate of the hierarchical law {name}: {part.failed[0]}")
@@ -148,15 +148,6 @@ def show(parts: dict[str, Part], length: float) -> None:
         if part.current_settling > part.settling:
             times += f", in a turn {quantity(part.current_settling, 's')} of the estimated current"
         print_line(f"the hierarchical law {name} {kept} in the end; {times}")
-
-
-def _conditions(parts: dict[str, Part]) -> list[list[str]]:
-    """A row for each condition."""
-    return [
-        [name, each.name, f"{each.ratio.low:.3g} to {each.ratio.high:.3g}"]
-        for name, part in parts.items()
-        for each in part.clauses
-    ]
 
 
 def _part_content(part: Part) -> dict[str, Any]:

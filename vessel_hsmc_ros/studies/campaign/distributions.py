@@ -252,7 +252,7 @@ def ship_family() -> Any:
     for entry in entry_points(group=FAMILIES):
         return entry.load()
     raise InstallationError(
-        f"names that begin with {SHIP} need a family of ships, and none is installed: in a checkout of vessel_hsmc_ros,"
+        f"names such as {SHIP}length need a family of ships, and none is installed: in a checkout of vessel_hsmc_ros, run"
         " pip install ./benchmarks/ship_family"
     )
 

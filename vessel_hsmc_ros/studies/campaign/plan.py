@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -57,34 +57,6 @@ class Source(NamedTuple):
     text: str  # content of the campaign file
     scenario_name: str  # name of the base scenario
     scenario: str  # its ROS parameters file
-
-
-T = TypeVar("T", bound="CampaignFile")
-
-
-@dataclass(frozen=True)
-class CampaignFile:
-    """The content of a campaign file, checked as far as is possible without its runs."""
-
-    source: Source  # the texts that define it
-    changes: Mapping[str, object]  # fixed changes to the scenario, by `node.parameter`
-    variants: Mapping[str, Mapping[str, object]]  # the changes of each run of a draw, by the names of the variants
-    repetitions: int  # number of draws, for each combination of the grids if there are any
-    sampling: str  # one of `METHODS`
-    seed: int  # of all random numbers
-    parameters: tuple[Drawn, ...]  # the drawn parameters in the order of the file
-    limits: Mapping[str, float]  # largest magnitudes of metrics: a run above any is a failure
-    limits_in_lengths: Mapping[str, float]  # the same in lengths of the hull
-    metrics: tuple[str, ...]  # the metrics that its report shows, the main one first; none for its own choice
-    chunk: int  # number of runs in a file of the dataset
-
-    @classmethod
-    def parse(cls: type[T], source: Source, runs: int | None = None) -> T:
-        """Make a campaign from its texts."""
-        try:
-            return cls(source, *_parse(source, document(source), runs))
-        except ParameterError as error:
-            raise ParameterError(f"campaign {source.name}: {error}") from None
 
 
 def campaign_names() -> list[str]:
@@ -148,7 +120,7 @@ def resolved(*layers: Mapping[str, object]) -> dict[str, Any]:
 
 
 def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tuple[Any, ...]:
-    """The entries in the order of the fields of `CampaignFile`."""
+    """The entries in the order of the fields of `Campaign`."""
     changes = dict(_mapping(entries, "set"))
     text, name, place = source.scenario, source.scenario_name, f"scenario of {source.name}"
     variants = _variants(entries) or {"": {}}
@@ -278,12 +250,32 @@ class PlannedRun(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Campaign(CampaignFile):
+class Campaign:
     """A plan of runs with drawn parameters. `Campaign.load` makes one from a file, or from the folder of a campaign.
 
     campaign = Campaign.load("hull_uncertainty.yaml")
     run = simulate(campaign.scenario(48213))
     """
+
+    source: Source  # the texts that define it
+    changes: Mapping[str, object]  # fixed changes to the scenario, by `node.parameter`
+    variants: Mapping[str, Mapping[str, object]]  # the changes of each run of a draw, by the names of the variants
+    repetitions: int  # number of draws, for each combination of the grids if there are any
+    sampling: str  # one of `METHODS`
+    seed: int  # of all random numbers
+    parameters: tuple[Drawn, ...]  # the drawn parameters in the order of the file
+    limits: Mapping[str, float]  # largest magnitudes of metrics: a run above any is a failure
+    limits_in_lengths: Mapping[str, float]  # the same in lengths of the hull
+    metrics: tuple[str, ...]  # the metrics that its report shows, the main one first; none for its own choice
+    chunk: int  # number of runs in a file of the dataset
+
+    @classmethod
+    def parse(cls, source: Source, runs: int | None = None) -> "Campaign":
+        """Make a campaign from its texts."""
+        try:
+            return cls(source, *_parse(source, document(source), runs))
+        except ParameterError as error:
+            raise ParameterError(f"campaign {source.name}: {error}") from None
 
     @classmethod
     def load(cls, path: Path | str, runs: int | None = None, seed: int | None = None) -> "Campaign":

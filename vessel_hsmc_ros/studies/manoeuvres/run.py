@@ -127,7 +127,8 @@ def zigzag(track: Track, settings: ManoeuvreParameters) -> Metrics:
     They are infinite for a ship that goes on turning against its rudder.
     """
     executes = [0, *(np.flatnonzero(np.diff(np.sign(track.command))) + 1)]
-    missing = np.inf if _is_unchecked(track, executes) else np.nan
+    # Without a check of the yaw the ship makes a full turn after the last execute.
+    missing = np.inf if abs(track.turned[-1] - track.turned[executes[-1]]) > 2.0 * np.pi else np.nan
     overshoots, checks = [missing, missing], [missing, missing]
     # Between an execute and the next the ship turns back; without a next one the overshoot may not be complete.
     for k, (begin, end) in enumerate(pairwise(executes[1:4])):
@@ -145,11 +146,6 @@ def zigzag(track: Track, settings: ManoeuvreParameters) -> Metrics:
         "initial_turning_time": float(track.at(first).time),
         "period": float(track.time[executes[3]] - track.time[executes[1]]) if len(executes) > 3 else missing,
     }
-
-
-def _is_unchecked(track: Track, executes: list[int]) -> bool:
-    """Whether the ship has made a full turn since the last execute."""
-    return bool(abs(track.turned[-1] - track.turned[executes[-1]]) > 2.0 * np.pi)
 
 
 def spiral_curve(track: Track, settings: ManoeuvreParameters) -> Array:

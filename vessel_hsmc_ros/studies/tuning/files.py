@@ -91,15 +91,12 @@ def _evaluations(names: Sequence[str], present: Evaluation, tuned: Evaluation) -
     """Costs of both sets of gains, and the metric of every case."""
     sides = {"present": present, "tuned": tuned}
     costs = {side: each.cost._asdict() for side, each in sides.items()}
-    rows = [
-        {"case": name, **{side: _finite(float(each.values[i, 0])) for side, each in sides.items()}}
-        for i, name in enumerate(names)
-    ]
+    # JSON has no NaN.
+    values = {
+        side: [value if math.isfinite(value) else None for value in each.values[:, 0].tolist()] for side, each in sides.items()
+    }
+    rows = [{"case": name, **{side: values[side][i] for side in sides}} for i, name in enumerate(names)]
     return {**costs, "runs": rows}
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None  # JSON has no NaN
 
 
 MAX_LISTED_RUNS = 60  # largest number of cases, and of trials of the front, that have a row of their own
