@@ -142,6 +142,8 @@ def test_a_goal_is_confirmed_by_the_reference(bench: Any, vessel_hsmc: Any) -> N
     assert code == 2
     assert "give the heading either as HEADING, in radians, or as --heading-deg" in error
     assert vessel_hsmc("goto", "nan", "20", "0")[2] == "error: goal must be finite numbers (got nan 20 0)\n"
+    degrees = "HEADING must be in radians from -6.28 to 6.28; --heading-deg takes degrees (got 90)"
+    assert vessel_hsmc("goto", "40", "20", "90")[2] == f"error: {degrees}\n"
 
 
 @pytest.mark.long

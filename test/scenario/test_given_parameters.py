@@ -121,6 +121,7 @@ def test_rules_count_between_the_marks_of_ros_arguments_only() -> None:
     ("text", "reason"),
     [
         ("/**: {ros__parameters: {x: 1, x: 2}}", "x is given twice: once is enough"),
+        ("/**: {ros__parameters: {a: {b: 1}, a.b: 2}}", "a.b is given twice: once is enough"),
         ("/**: [", "cannot be read: while parsing"),
     ],
 )

@@ -147,6 +147,13 @@ def test_a_parameter_given_twice_is_refused(tmp_path: Path) -> None:
         load_scenario(twice)
 
 
+def test_a_parameter_given_in_two_forms_is_refused(tmp_path: Path) -> None:
+    twice = tmp_path / "twice.yaml"
+    twice.write_text("/**: {ros__parameters: {vessel: {surge_inertia: 525.0}, vessel.surge_inertia: 600.0}}\n")
+    with pytest.raises(ScenarioError, match=r"section /\*\*: vessel.surge_inertia is given twice"):
+        load_scenario(twice)
+
+
 @pytest.mark.parametrize(
     ("law", "message"),
     [

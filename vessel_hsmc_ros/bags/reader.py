@@ -33,7 +33,7 @@ from vessel_hsmc_ros.bags.topic_columns import Series, load_columns, topics_of
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import BagError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import ALLOCATION
 from vessel_hsmc_ros.core.timing import seconds
@@ -54,8 +54,8 @@ def recorded_parameters(text: bytes) -> dict[str, dict[str, Any]]:
     """
     try:
         document = read_yaml(text.decode()) or {}
-        return {str(node): dict(flat(content["ros__parameters"])) for node, content in document.items()}
-    except (yaml.YAMLError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as error:
+        return {str(node): flat(content["ros__parameters"]) for node, content in document.items()}
+    except (yaml.YAMLError, ParameterError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as error:
         raise ScenarioError(f"the parameters in the bag cannot be read: {error}") from None
 
 

@@ -103,7 +103,7 @@ def mission(file: Path, **given: Any) -> None:
     duration = _plan(values, given["scenario"], found.mission) if given["scenario"] else 0
     if given["into"]:
         _write(given["into"], values, found, file)
-        run = f"{given['scenario'] or 'SCENARIO'} --set @{shlex.quote(str(given['into']))}"
+        run = f"{shlex.quote(given['scenario'] or 'SCENARIO')} --set @{shlex.quote(str(given['into']))}"
         longer = f" --set vessel_sim.duration={duration}" if duration else ""
         print_line(f"parameters: {given['into']}; next: {shell_command()} simulate {run}{longer}")
     if given["send"]:

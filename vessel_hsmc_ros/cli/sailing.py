@@ -12,6 +12,7 @@ import yaml
 from vessel_hsmc_ros.cli.console import print_line, progress_bar
 from vessel_hsmc_ros.cli.options import parse_changes, running_vessel, vessel_option
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
+from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.quantities import number_of
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 
@@ -135,6 +136,9 @@ def goto(x: float, y: float, heading: float | None, heading_deg: float | None, d
     given = [x, y] if heading is None else [x, y, heading]
     if not all(map(math.isfinite, given)):
         raise ParameterError(f"goal must be finite numbers (got {' '.join(f'{value:g}' for value in given)})")
+    if heading is not None and heading_deg is None and abs(heading) > TURN:
+        wanted = f"in radians from {-TURN:.3g} to {TURN:.3g}; --heading-deg takes degrees"
+        raise ParameterError(f"HEADING must be {wanted} (got {heading:g})")
     with running_vessel(namespace) as remote:
         from vessel_hsmc_ros.nodes.remote import sail_to, send_goal
 

@@ -278,7 +278,11 @@ def read_parameters(
         nested = content.get("ros__parameters") if isinstance(content, dict) else None
         if not isinstance(nested, dict):
             raise ScenarioError(f"{source}: section {section} has no ros__parameters")
-        parameters = in_long_form(dict(flat(nested)))
+        try:
+            given = flat(nested)
+        except ParameterError as error:
+            raise ScenarioError(f"{source}, section {section}: {error}") from None
+        parameters = in_long_form(given)
         parameters.pop(USE_SIM_TIME, None)
         addressed = _nodes_of_section(str(section), list(nodes), source) if _is_for(str(section), namespace) else ()
         for node in addressed:

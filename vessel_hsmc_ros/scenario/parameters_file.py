@@ -107,13 +107,15 @@ def tree(values: Mapping[str, object]) -> dict[str, Any]:
     return nested
 
 
-def flat(nested: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted names and values of nested parameters."""
+def flat(nested: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Values of nested parameters by dotted names. Raises ParameterError if one has two forms, a: {b: 1} and a.b: 2."""
+    found: dict[str, Any] = {}
     for key, value in nested.items():
-        if isinstance(value, Mapping):
-            yield from flat(value, f"{prefix}{key}.")
-        else:
-            yield f"{prefix}{key}", value
+        own = flat(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {f"{prefix}{key}": value}
+        if twice := found.keys() & own:
+            raise ParameterError(f"{min(twice)} is given twice: once is enough")
+        found |= own
+    return found
 
 
 def in_one_line(error: Exception) -> str:
@@ -194,7 +196,10 @@ def sections(file: str) -> list[Section]:
 
 @functools.lru_cache(maxsize=1)  # the nodes of a process read one file
 def _parsed(text: str, file: str) -> list[Section]:
-    return [Section(name, dict(flat(parameters)), file) for name, parameters in _sections(_read(text, file), "")]
+    try:
+        return [Section(name, flat(parameters), file) for name, parameters in _sections(_read(text, file), "")]
+    except ParameterError as error:
+        raise ParameterError(f"{file} cannot be read: {error}") from None
 
 
 def _sections(document: object, above: str) -> Iterator[tuple[str, Mapping[str, Any]]]:

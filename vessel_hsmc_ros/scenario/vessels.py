@@ -171,7 +171,10 @@ def _parsed(text: str, path: Path) -> LibraryVessel:
     for section in document:
         if section not in SECTIONS:
             raise ScenarioError(f"{place}: {section} is not a section: {schema.suggestion(str(section), SECTIONS)}")
-    given = dict(flat(document["vessel"]))
+    try:
+        given = flat(document["vessel"])
+    except ParameterError as error:
+        raise ScenarioError(f"{place}: {error}") from None
     mass = given.pop("mass", None)
     checks = _section(document, "checks", place)
     return LibraryVessel(

@@ -208,6 +208,20 @@ def test_polygons_of_geojson_are_areas_or_fences_and_holes_are_refused(read: Rea
     ]
 
 
+def test_a_hole_of_a_fence_to_stay_in_is_a_fence_to_stay_out_of(read: Read) -> None:
+    ring = [*positions(PLACES), positions(PLACES)[0]]
+    found = read(geojson(feature("Polygon", [ring, ring], fence="inclusion")))
+    assert [(fence.item, fence.inside) for fence in found.fences] == [("feature 1", True), ("feature 1, hole 1", False)]
+    assert not found.refused
+
+
+def test_a_fence_is_found_by_its_property_in_any_case_and_refused_where_it_is_no_polygon(read: Read) -> None:
+    ring = [*positions(PLACES), positions(PLACES)[0]]
+    found = read(geojson(feature("Polygon", [ring], Fence="exclusion"), feature("LineString", ring, FENCE="exclusion")))
+    assert [(fence.item, fence.inside) for fence in found.fences] == [("feature 1", False)]
+    assert [(item.item, item.what) for item in found.refused] == [("feature 2", "fence of a LineString")]
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
@@ -225,6 +239,7 @@ def test_polygons_of_geojson_are_areas_or_fences_and_holes_are_refused(read: Rea
         ("x,y\n1\n", "line 2 must have 2 values (got 1)"),
         ("x,y\n1,nan\n", "line 2: y must be a finite number from -1e+06 to 1e+06 (got nan)"),
         ("x,y,speed\n1,2,-1\n", "line 2: speed must be a finite number from 0 to 200 (got -1)"),
+        ("x,y,heading\n1,2,90\n", "in radians, for degrees heading_deg or compass_deg, must be a finite number from -6.28319"),
         ("x,y,speed,speed_kn\n1,2,1,2\n", "line 2 must have one of speed, speed_kn (got speed and speed_kn)"),
         ("x,y,corner\n1,2,round\n", "line 2: corner must be through, over, stop (got round)"),
         ("lat,lon\n163.4,10.4\n", "(got 163.4, 10.4; are they exchanged?)"),

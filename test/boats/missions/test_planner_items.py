@@ -131,6 +131,14 @@ def test_a_survey_without_its_transects_is_refused_with_what_would_do(read: Read
     assert "saving it again" in found.refused[0].why
 
 
+def test_a_relative_change_of_speed_is_refused(read: Read) -> None:
+    found = read(
+        plan([waypoint_item(1, PLACES[0]), simple_item(2, 178, (1, 0.5, -1, 1, 0, 0, 0), 2), waypoint_item(3, PLACES[1])])
+    )
+    assert [item.item for item in found.refused] == ["item 2"]
+    assert [point.speed for point in found.points] == [0.0, 0.0]
+
+
 def test_a_heading_under_way_is_refused_and_the_waypoint_kept(read: Read) -> None:
     found = read(plan([waypoint_item(1, PLACES[0], yaw=45), waypoint_item(2, PLACES[1], yaw=45)]))
     assert [(item.item, item.what) for item in found.refused] == [("item 1", "heading 45°")]

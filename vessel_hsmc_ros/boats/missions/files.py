@@ -183,12 +183,16 @@ def read_geojson(document: dict[str, Any], source: Source, route: str | None = N
             lost = [one for one in NAMES if one in properties and one not in (*SPEEDS, "name")]
             refused += [Refused(item, one, "a line has a speed and a name; points with it would do") for one in lost]
         elif kind == "Polygon":
-            fence = _polygon(coordinates, item, properties, source)
-            (fences if "fence" in properties else areas).append(fence)
-            if len(coordinates) > 1:
+            outline, *holes = _polygon(coordinates, item, properties, source)
+            (fences if "fence" in properties else areas).append(outline)
+            if "fence" in properties and outline.inside:
+                fences += holes
+            elif holes:
                 refused.append(Refused(item, "a hole in a polygon", "an area without holes or an exclusion fence would do"))
         else:
             refused.append(Refused(item, f"geometry {kind}", "points, lines and polygons are known"))
+        if "fence" in properties and kind != "Polygon":
+            refused.append(Refused(item, f"fence of a {kind}", "a fence is a polygon"))
     if not routes:
         return Mission(tuple(marks), fences=tuple(fences), areas=tuple(areas), refused=tuple(refused))
     why = "a single mark is no part of a route"
@@ -223,7 +227,7 @@ def _geometry(one: dict[str, Any], item: str, properties: dict[str, Any], source
     kind = str(one.get("type"))
     if kind == "Feature":
         own = one.get("properties")
-        named = {} if own is None else source.mapping(own, f"{item}: properties")
+        named = {} if own is None else {key.lower(): value for key, value in source.mapping(own, f"{item}: properties").items()}
         inner = one.get("geometry")
         if inner is not None and depth < 1:
             yield from _geometry(source.mapping(inner, f"{item}: geometry"), item, named, source, depth + 1)
@@ -263,17 +267,20 @@ def _line(positions: list[Any], item: str, properties: dict[str, Any], source: S
     ]
 
 
-def _polygon(rings: list[Any], item: str, properties: dict[str, Any], source: Source) -> Fence:
-    ring = source.rows(rings[0] if rings else None, f"{item}: ring")
-    corners = [_place(position, item, source) for position in ring]
-    if len(corners) > 1 and corners[0] == corners[-1]:
-        corners.pop()
-    if len(corners) < 3:
-        raise source.error(f"{item}: a polygon must have at least 3 corners (got {len(corners)})")
+def _polygon(rings: list[Any], item: str, properties: dict[str, Any], source: Source) -> list[Fence]:
+    """The outline of a polygon, and its holes, of which each is the opposite."""
     kind = properties.get("fence", "inclusion")
     if kind not in FENCES:
         raise source.error(f"{item}: fence must be {' or '.join(FENCES)} (got {str(kind)[:40]})")
-    return Fence(tuple(corners), FENCES[kind], item)
+    found = []
+    for k, ring in enumerate(rings or [None]):
+        corners = [_place(position, item, source) for position in source.rows(ring, f"{item}: ring")]
+        if len(corners) > 1 and corners[0] == corners[-1]:
+            corners.pop()
+        if len(corners) < 3:
+            raise source.error(f"{item}: a polygon must have at least 3 corners (got {len(corners)})")
+        found.append(Fence(tuple(corners), FENCES[kind] == (k == 0), f"{item}, hole {k}" if k else item))
+    return found
 
 
 FORMATS = "QGroundControl's .plan, .waypoints, Cockpit's missions, GPX, GeoJSON and CSV"

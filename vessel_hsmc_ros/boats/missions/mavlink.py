@@ -6,7 +6,7 @@
 | 17 NAV_LOITER_UNLIM | a leg to it, and rest there: only as the last |
 | 19 NAV_LOITER_TIME | a leg to it, and a hold of param1 seconds |
 | 93 NAV_DELAY | a hold of param1 seconds at the waypoint before |
-| 178 DO_CHANGE_SPEED | param2 is the speed of the legs from here on, m/s |
+| 178 DO_CHANGE_SPEED | param2 is the speed of the legs from here on, m/s; relative ones (param4) are refused |
 | 177 DO_JUMP | the items from number param1 on, param2 times more |
 | 5001 to 5004, 5100 | fence and rally points |
 
@@ -151,8 +151,11 @@ class _Reader:
         self.points[-1] = last._replace(hold=last.hold + seconds, corner="stop" if seconds else last.corner)
 
     def _change_speed(self, one: MavItem) -> None:
-        kind, speed = one.params[:2]
-        if kind not in (0.0, 1.0):  # of climbing and descending
+        kind, speed, _, relative = one.params[:4]
+        if relative:
+            why = "it is relative to a speed of the autopilot; give it in m/s"
+            self.refused.append(Refused(one.item, "command 178 DO_CHANGE_SPEED", why))
+        elif kind not in (0.0, 1.0):  # of climbing and descending
             self.left_out.append(Refused(one.item, "command 178", "it is for a vertical speed"))
         elif speed is None or speed in (-1.0, -2.0):  # no change, and back to the usual speed
             self.speed = 0.0 if speed == -2.0 else self.speed

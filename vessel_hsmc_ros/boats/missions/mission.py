@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
+from vessel_hsmc_ros.core.kinematics import TURN
 from vessel_hsmc_ros.core.quantities import number_of
 
 Pair = tuple[float, float]  # latitude and longitude, degrees, or x and y, m
@@ -183,6 +184,8 @@ def with_properties(place: Pair, item: str, values: Mapping[str, Any], source: S
         unit * source.number(given[name], f"{item}: {name}", 0.0, 200.0) for name, unit in SPEEDS.items() if name in given
     )
     hold = source.number(given.get("hold", 0.0), f"{item}: hold", 0.0, 1e6)
+    if "heading" in given:  # degrees are mostly beyond the range of radians
+        source.number(given["heading"], f"{item}: heading, in radians, for degrees heading_deg or compass_deg,", -TURN, TURN)
     headings = [turned(source.number(given[name], f"{item}: {name}")) for name, turned in HEADINGS.items() if name in given]
     corner = str(given.get("corner", "through")).strip()
     if corner not in CORNERS:
