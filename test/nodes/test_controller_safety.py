@@ -13,9 +13,10 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Log
 from rclpy.logging import LoggingSeverity
 from std_srvs.srv import SetBool, Trigger
-from vessel_hsmc_msgs.msg import ControlState, Event
+from vessel_hsmc_msgs.msg import ControlState, Event, ReferenceState
 
 from vessel_hsmc_ros.control.safety.parameters import Reason
+from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
@@ -278,6 +279,30 @@ def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any,
     named = f"another node commands as well, on /cmd_wrench: {bench.probe.get_fully_qualified_name()}"
     bench.until(lambda: named in [log.msg for log in logs if log.level == LoggingSeverity.ERROR])
     bench.probe.destroy_publisher(other)
+    bench.until(lambda: operates(ControlState.ACTIVE))
+
+
+def test_a_second_reference_is_refused_and_leads_to_the_safe_action(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea)
+    sea.run(0.3)
+    other = bench.probe.create_publisher(ReferenceState, "reference", qos.data(False))
+
+    def operates(operation: int) -> bool:
+        sea.run(0.02)
+        return bool(sea.states[-1].operation == operation)
+
+    bench.until(lambda: operates(ControlState.SAFE))
+    assert sea.states[-1].reason == ControlState.SECOND_PUBLISHER
+    named = "/reference has 2 publishers and may have one"
+    assert node.status()[0] == DiagnosticStatus.ERROR
+    assert node.status()[1].startswith(named)
+    node.pause()
+    with pytest.raises(RefusalError, match=named):
+        node.begin()
+    bench.probe.destroy_publisher(other)
+    bench.until(lambda: not node.second_publisher())
+    sea.run(0.1)
+    node.begin()
     bench.until(lambda: operates(ControlState.ACTIVE))
 
 

@@ -298,7 +298,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
         (f"{STANDBY}::test_a_reference_out_of_reach_is_refused_with_both_places_until_it_is_near",),
     ),
     Guarantee(
-        "another node publishes `cmd_wrench` as well",
+        "two nodes publish `cmd_wrench` or `reference`",
         "0.1 s, by the graph",
         "steady clock",
         f"{SAFE}; plant and thrust allocation accept commands of one publisher only",
@@ -306,6 +306,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
         (Reason.SECOND_PUBLISHER,),
         (
             f"{CONTROLLER}::test_a_second_publisher_is_an_error_and_leads_to_the_safe_action",
+            f"{CONTROLLER}::test_a_second_reference_is_refused_and_leads_to_the_safe_action",
             f"{PLANT}::test_in_real_time_commands_of_two_publishers_are_not_mixed",
             f"{THRUSTERS}::test_commands_of_two_publishers_are_not_mixed_and_the_thrust_is_zero",
             f"{WATCHDOG}::test_commands_of_two_publishers_are_not_passed_on",

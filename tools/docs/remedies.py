@@ -43,7 +43,7 @@ REMEDIES: dict[Reason, str] = {
         "The log says how far it goes and how far the fence is. Give a goal or path inside, or call `~/stop` and steer it back by"
         " hand."
     ),
-    Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench`.",
+    Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench` or `reference`.",
     Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",
 }
 """What to do about each reason."""

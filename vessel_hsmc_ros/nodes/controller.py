@@ -21,7 +21,7 @@ from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.conversions import Outgoing
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
+from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.controller_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
@@ -215,6 +215,8 @@ class ControllerNode(ManagedNode):
         }
         clock = (WARN, self.clock_problem) if self.clock_problem else self._clock_step.current
         unfit = (WARN, f"standby: {self._unfit}") if self._unfit else None
+        guides = "" if self.parameters.lockstep else self._guiding.conflict()
+        unfit = unfit or ((ERROR, guides) if guides else None)
         return *(clock or unfit or self.inputs.monitor.status() or operation_status(supervision)), values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
@@ -227,6 +229,7 @@ class ControllerNode(ManagedNode):
     def _create_topics(self, lockstep: bool) -> None:
         profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
         self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
+        self._guiding = Publishers(self, ReferenceState, "reference")
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
@@ -253,12 +256,14 @@ class ControllerNode(ManagedNode):
         return bool(self._command_out.get_subscription_count() > self._commanding.watching)
 
     def second_publisher(self) -> bool:
-        """Whether another node commands as well."""
-        return self._commanding.count() > 1
+        """Whether another node commands as well, or two give references, between which the law would jump."""
+        return self._commanding.count() > 1 or self._guiding.count() > 1
 
     @property
     def second_command(self) -> str:
-        """That another node commands as well, and which."""
+        """That another node commands as well, or two give references, and which."""
+        if guides := self._guiding.conflict():
+            return guides
         topic = self.resolve_topic_name("cmd_wrench")
         return f"{Reason.SECOND_PUBLISHER.text}, on {topic}: {self._commanding.others()}"
 

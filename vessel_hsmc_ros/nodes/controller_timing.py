@@ -352,7 +352,7 @@ class RealTime(Timing):
     # -- clock and graph ----------------------------------------------------------------------------------------------
 
     def _check(self) -> None:
-        """Look for a clock that has not begun or was stepped, and for a second publisher of the command."""
+        """Look for a clock that has not begun or was stepped, and for a second publisher of the command or the reference."""
         node, now = self._node, self._node.now()
         self._alone = not node.second_publisher()
         if not self._alone:
