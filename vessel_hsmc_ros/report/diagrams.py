@@ -256,6 +256,18 @@ def points(x: Array, y: Array, name: str, colour: str, symbol: str = "circle", s
     return {**line(x, y, name, colour, "markers"), "x": numbers(x), "y": numbers(y), "marker": marker}
 
 
+def histogram(values: Array, bins: int, colour: str) -> Figure:
+    """Counts of values as bars."""
+    counts, edges = np.histogram(values, bins)
+    middles = numbers(0.5 * (edges[1:] + edges[:-1]))
+    return {"type": "bar", "x": middles, "y": counts.tolist(), "width": float(edges[1] - edges[0]), "marker": {"color": colour}}
+
+
+def text(x: float, y: float, words: str, **look: Any) -> Figure:
+    """A text at a place, one of the `annotations` of a layout; `look` as Plotly names it, such as xref and yref."""
+    return {"x": x, "y": y, "text": words, "showarrow": False, **look}
+
+
 def level(y: float, colour: str = "--limit", dash: str = "dash", name: str = "") -> Figure:
     """A dashed line at a value of the ordinate, one of the `shapes` of a layout; with a name it has an entry in the legend."""
     drawn = {"color": colour, "width": 1.2, "dash": dash}
@@ -323,8 +335,7 @@ def _draw(panel: "Axes", drawn: Figure) -> None:
         mark, at = (panel.axhline, shape["y0"]) if shape.get("xref") == "paper" else (panel.axvline, shape["x0"])
         mark(at, label=shape["name"], **_stroke(shape["line"]))
     for note in drawn["layout"]["annotations"]:
-        if note.get("xref") == note.get("yref") == "paper":
-            panel.text(note["x"], note["y"], note["text"], transform=panel.transAxes, va="top", fontsize=8)
+        _annotate(panel, note)
     if shaded is not None:
         points, bar = shaded
         scale = panel.figure.colorbar(points, ax=panel, label=bar["title"]["text"])
@@ -337,6 +348,23 @@ def _stroke(pen: Figure) -> dict[str, Any]:
     dash = pen["dash"]
     dashes = (0.0, [PIXEL * float(part.removesuffix("px")) for part in dash.split(",")]) if "px" in dash else DASHES[dash]
     return {"color": page_colour(pen["color"]), "lw": PIXEL * pen["width"], "ls": dashes}
+
+
+def _annotate(panel: "Axes", note: Figure) -> None:
+    """Write a text, with an arrow to its place if it has one; texts that are in units of one axis only are left out."""
+    if note.get("xref") != note.get("yref"):
+        return
+    at: Any = "axes fraction" if "xref" in note else "data"
+    place, text = (note["x"], note["y"]), note["text"]
+    if note["showarrow"]:
+        arrow: Any = {"arrowstyle": "-|>", "color": page_colour(note["arrowcolor"]), "lw": 2.0}
+        tail = PIXEL * note["ax"], -PIXEL * note["ay"]
+        panel.annotate(text, place, tail, at, "offset points", arrowprops=arrow)
+        return
+    colour = page_colour(note.get("font", {}).get("color", "--ink"))
+    sides: Any = {"ha": note.get("xanchor", "center"), "va": note.get("yanchor", "middle").replace("middle", "center")}
+    box: Any = {"boxstyle": "round,pad=0.15", "fc": page_colour(note["bgcolor"]), "ec": "none"} if "bgcolor" in note else None
+    panel.annotate(text, place, xycoords=at, color=colour, fontsize=8, bbox=box, **sides)
 
 
 def _draw_bars(panel: "Axes", trace: Figure) -> None:
@@ -352,7 +380,8 @@ def _draw_line(panel: "Axes", trace: Figure, below: Any) -> None:
     """Draw a line, or the area between it and the one before."""
     x, y, pen = trace["x"], trace["y"], trace["line"]
     if "fill" in trace:
-        panel.fill_between(x, below, y, color=page_colour(trace["fillcolor"]), lw=0, step="post")
+        step: Any = "post" if pen["shape"] == "hv" else None
+        panel.fill_between(x, below, y, color=page_colour(trace["fillcolor"]), lw=0, step=step, label=trace["name"])
     elif pen["width"]:
         style: Any = {"drawstyle": "steps-post" if pen["shape"] == "hv" else "default", "label": trace["name"], **_stroke(pen)}
         panel.plot(np.array(x, float), np.array(y, float), marker="o" if "markers" in trace["mode"] else "", ms=4, **style)
@@ -402,4 +431,4 @@ def _set_axes(panel: "Axes", drawn: Figure, width: int) -> None:
         if "range" in axis:
             set_limits(*(10.0**end if logarithmic else end for end in axis["range"]))
     if "scaleanchor" in up:
-        panel.set_aspect("equal", adjustable="datalim")
+        panel.set_aspect("equal", adjustable="box" if "range" in up else "datalim")

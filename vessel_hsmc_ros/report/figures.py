@@ -13,6 +13,7 @@ from vessel_hsmc_ros.report.diagrams import (
     LIMIT_DASHES,
     Axis,
     Figure,
+    histogram,
     layout,
     level,
     line,
@@ -21,6 +22,7 @@ from vessel_hsmc_ros.report.diagrams import (
     numbers,
     points,
     signal,
+    text,
 )
 from vessel_hsmc_ros.report.page_kit import writing
 from vessel_hsmc_ros.report.panels import DESIRED, JITTER, MAIN, REFERENCE, Overlay, fences, overlays, plans, tracks
@@ -108,9 +110,8 @@ def of_panel(overlay: Overlay, alone: bool, marks: Sequence[Mark] = ()) -> Figur
                 drawn["shapes"].append(level(factor * bound, dash=LIMIT_DASHES[i % len(LIMIT_DASHES)], name=name))
     if peak is not None:
         drawn["yaxis"] |= {"range": [factor * low, factor * high]}
-        text = f"peak {quantity(peak, panel.unit)}, beyond the scale"
-        place = {"xref": "paper", "yref": "paper", "x": 0.02, "y": 0.92, "showarrow": False}
-        drawn["annotations"].append({"text": text, **place})
+        words = f"peak {quantity(peak, panel.unit)}, beyond the scale"
+        drawn["annotations"] = [text(0.02, 0.92, words, xref="paper", yref="paper", xanchor="left", yanchor="top")]
     return {"title": panel.title, "traces": traces, "layout": drawn}
 
 
@@ -145,9 +146,7 @@ def _histogram(name: str, intervals: Array) -> Figure:
     low, high = np.percentile(deviation, [0.1, 99.9])
     factor, unit = scaled(max(-low, high), "s")
     pad = 0.1 * (high - low) or 1e-3
-    counts, edges = np.histogram(factor * np.clip(deviation, low - pad, high + pad), BINS)
-    middles = numbers(0.5 * (edges[1:] + edges[:-1]))
-    bars = {"type": "bar", "x": middles, "y": counts.tolist(), "width": edges[1] - edges[0], "marker": {"color": "--ship"}}
+    bars = histogram(factor * np.clip(deviation, low - pad, high + pad), BINS, "--ship")
     smallest, largest = quantity(deviation.min(), "s", sign=True), quantity(deviation.max(), "s", sign=True)
     axes = Axis(f"control interval minus {quantity(period, 's')} [{unit}]"), Axis("count", logarithmic=True)
     return {"title": f"{name}: smallest {smallest}, largest {largest}", "traces": [bars], "layout": layout(*axes)}
