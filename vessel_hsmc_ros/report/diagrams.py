@@ -71,7 +71,6 @@ _LIGHT_PAGE = {
     "water": "#eef4f8",
     "plan": PLANNED,
     "shared": NEUTRAL,
-    "picture": "none",
 }
 _DARK_PAGE = {
     "page": "#10161c",
@@ -86,7 +85,6 @@ _DARK_PAGE = {
     "water": "#131d26",
     "plan": "#3a4a58",
     "shared": "#93a1ad",
-    "picture": "invert(0.9) hue-rotate(180deg)",  # a figure on white becomes one on black, of the same hues
 }
 
 

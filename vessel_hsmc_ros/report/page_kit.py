@@ -33,7 +33,6 @@ class Section(NamedTuple):
 
     title: str
     text: str = ""  # a paragraph below it; empty for none
-    picture: bytes = b""  # a PNG picture; empty for none
     # head, lines: a table; without lines there is none
     head: Sequence[str] = ()
     lines: Sequence[Sequence[str]] = ()
@@ -41,11 +40,6 @@ class Section(NamedTuple):
     prose: bool = False  # whether the last column is text too
     marked: Collection[str] = ()  # first cells of the lines that are emphasised
     figures: Sequence[Figure] = ()  # diagrams
-
-    @property
-    def source(self) -> str:
-        """The picture as a data URI."""
-        return f"data:image/png;base64,{base64.b64encode(self.picture).decode()}"
 
 
 def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence[str], content: Any = None, **values: Any) -> str:
@@ -73,7 +67,7 @@ def render(template: str, title: str, about: Sequence[str], *, scripts: Sequence
 
 
 def render_sections(title: str, about: Sequence[str], sections: Sequence[Section], findings: Sequence[str] = ()) -> str:
-    """Render a page of diagrams, pictures and tables.
+    """Render a page of diagrams and tables.
 
     `findings`: sentences that stand before them: verdicts, warnings.
     """

@@ -16,7 +16,7 @@ from vessel_hsmc_ros.core.exceptions import ControlError, InstabilityError, Simu
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Run, heading_error, position_error, reversals_per_second, rms, travel
 from vessel_hsmc_ros.core.quantities import quantity, scaled
-from vessel_hsmc_ros.report.diagrams import INK, LAW_COLOURS, NEUTRAL, SERIES, figure
+from vessel_hsmc_ros.report.diagrams import LAW_COLOURS, SERIES, Axis, Figure, draw, layout, level, line, points, run_colour
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.record import bounds, planned
 from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
@@ -165,12 +165,12 @@ MAX_FINDINGS = 3  # largest number of rows that the title names, and that have a
 
 
 def looks(laws: Iterable[str]) -> dict[str, dict[str, str]]:
-    """Colour and style of the line of each law; where the colours of other laws recur, their lines are dash-dotted or dotted."""
+    """Colour and dashes of the line of each law; where the colours of other laws recur, their lines are dash-dotted or dotted."""
     others = [law for law in dict.fromkeys(laws) if law not in LAW_COLOURS]
-    given = product(("-", "-.", ":"), SERIES[len(LAW_COLOURS) :])
-    return {law: {"color": colour, "ls": "-"} for law, colour in LAW_COLOURS.items()} | {
-        law: {"color": colour, "ls": style} for law, (style, colour) in zip(others, cycle(given), strict=False)
-    }
+    given = cycle(product(("solid", "dashdot", "dot"), range(len(LAW_COLOURS), len(SERIES))))
+    numbered = [(law, "solid", i) for i, law in enumerate(LAW_COLOURS)]
+    numbered += [(law, dash, i) for law, (dash, i) in zip(others, given, strict=False)]
+    return {law: {"colour": run_colour(i), "dash": dash} for law, dash, i in numbered}
 
 
 def by_row(outcomes: Sequence[LawRun]) -> list[tuple[Row, list[LawRun]]]:
@@ -310,17 +310,17 @@ def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
     names = {row.name: file_name(row.name) for row, _ in by_row(outcomes)}
     with writing(f"results in {folder}"):
         (folder / "figures").mkdir(exist_ok=True)
-        for row, of_row in by_row(outcomes):
-            draw(row, of_row, folder / "figures" / f"{names[row.name]}.png")
-        pictures = {row: (folder / "figures" / f"{name}.png").read_bytes() for row, name in names.items()}
-        (folder / "compare.html").write_text(render(outcomes, pictures), encoding="utf-8")
+        drawn = {row.name: figures_of(row, of_row) for row, of_row in by_row(outcomes)}
+        for name, figures in drawn.items():
+            draw(folder / "figures" / f"{names[name]}.png", figures)
+        (folder / "compare.html").write_text(render(outcomes, drawn), encoding="utf-8")
         (folder / "compare.md").write_text(_markdown(outcomes, names), encoding="utf-8")
         document = {**provenance(), "runs": [_record(outcome) for outcome in outcomes]}
         (folder / "compare.json").write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
 
 
-def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
-    """The page: tables of all cases, then each case with its picture and its table."""
+def render(outcomes: Sequence[LawRun], drawn: Mapping[str, Sequence[Figure]]) -> str:
+    """The page: tables of all cases, then each case with its figures and its table."""
     rows, laws = by_row(outcomes), dict.fromkeys(outcome.law for outcome in outcomes)
     sections = []
     if len(rows) > 1:
@@ -329,7 +329,8 @@ def render(outcomes: Sequence[LawRun], pictures: Mapping[str, bytes]) -> str:
         ]
     for row, of_row in rows:
         head, lines = table(row, of_row)
-        sections.append(Section(row.name, f"{_scope(row)}; rms effort over the whole run.", pictures[row.name], head, lines))
+        about = f"{_scope(row)}; rms effort over the whole run."
+        sections.append(Section(row.name, about, head=head, lines=lines, figures=drawn[row.name]))
     about = f"{len(outcomes)} runs, offline · {', '.join(laws)}"
     more = f" and {len(rows) - MAX_FINDINGS} more" if len(rows) > MAX_FINDINGS else ""
     title = f"Laws compared: {', '.join(row.name for row, _ in rows[:MAX_FINDINGS])}{more}"
@@ -374,28 +375,26 @@ def _record(outcome: LawRun) -> dict[str, Any]:
     }
 
 
-def draw(row: Row, outcomes: Sequence[LawRun], path: Path) -> None:
-    """Draw the tracks of all laws with the reference, and their position errors over time."""
-    with figure(path, 10.0, 4.6) as picture:
-        tracks, errors = picture.subplots(1, 2)
-        drawn = [outcome for outcome in outcomes if len(outcome.lines)]
-        lines = looks(outcome.law for outcome in drawn)
-        for outcome in drawn:
-            time, x, y, _, _, error = outcome.lines.T
-            look: Any = {**lines[outcome.law], "lw": 1.1, "label": outcome.law}
-            tracks.plot(x, y, **look)
-            tracks.plot(x[0], y[0], "o", color=NEUTRAL, ms=4)
-            errors.semilogy(time, error.clip(1e-5), **look)  # clipped: a logarithmic axis has no zero
-        if drawn:
-            reference = drawn[0].lines.T
-            tracks.plot(reference[3], reference[4], color=INK, lw=1.0, ls="--", label="reference")
-        if row.at_most is not None:
-            errors.axhline(row.at_most, color=INK, lw=0.8, ls=":", label="limit")
-        tracks.set(xlabel="x east [m]", ylabel="y north [m]", title=row.name, aspect="equal")
-        tracks.set_adjustable("datalim")
-        errors.set(xlabel="time [s]", ylabel="position error [m]", title="Position error")
-        # Below the diagrams, where it covers no line.
-        entries = {
-            label: line for axes in (tracks, errors) for line, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        }
-        picture.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries) or 1)
+def figures_of(row: Row, outcomes: Sequence[LawRun]) -> list[Figure]:
+    """The tracks of all laws with the reference, and their position errors over time."""
+    drawn = [outcome for outcome in outcomes if len(outcome.lines)]
+    lines = looks(outcome.law for outcome in drawn)
+    tracks: list[Figure] = []
+    errors: list[Figure] = []
+    for outcome in drawn:
+        time, x, y, _, _, error = outcome.lines.T
+        look: Any = {**lines[outcome.law], "width": 1.5}
+        tracks += [line(x, y, outcome.law, **look), points(x[:1], y[:1], "", "--shared", size=5.0)]
+        errors.append(line(time, error.clip(1e-5), outcome.law, **look))  # clipped: a logarithmic axis has no zero
+    if drawn:
+        reference = drawn[0].lines.T
+        tracks.append(line(reference[3], reference[4], "reference", "--ink", width=1.4, dash="dash"))
+    plane = layout(Axis("x east [m]"), Axis("y north [m]"), 420, legend=True)
+    plane["yaxis"] |= {"scaleanchor": "x"}
+    over_time = layout(Axis("time [s]"), Axis("position error [m]", logarithmic=True), 420, legend=True)
+    if row.at_most is not None:
+        over_time["shapes"] = [level(row.at_most, "--ink", "dot", "limit")]
+    return [
+        {"title": row.name, "traces": tracks, "layout": plane},
+        {"title": "Position error", "traces": errors, "layout": over_time},
+    ]

@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from records import make_run
 
@@ -186,26 +184,14 @@ def test_every_law_that_ran_at_another_rate_and_every_failure_is_noted() -> None
     ]
 
 
-@pytest.fixture
-def pictures(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """The figures that are saved meanwhile."""
-    saved: list[Figure] = []
-    monkeypatch.setattr(Figure, "savefig", lambda self, *_, **__: saved.append(self))
-    return saved
-
-
-def drawn(axis: Axes) -> dict[str, list[list[float]]]:
-    """Lines by their labels."""
-    return {str(line.get_label()): np.transpose(np.asarray(line.get_data())).tolist() for line in axis.lines}
-
-
-def test_the_figure_of_a_case_has_tracks_reference_errors_and_its_limit(pictures: list[Figure], tmp_path: Path) -> None:
-    comparison.draw(ROW, [OUTCOME, LawRun(ROW, "los_pid", 25.0, failure="it failed")], tmp_path / "x.png")
-    tracks, errors = pictures[0].axes
-    assert drawn(tracks)["guided"] == [[10.0 + k, 20.0 + k] for k in range(5)]
-    assert drawn(tracks)["reference"] == [[30.0 + k, 40.0 + k] for k in range(5)]
-    assert drawn(errors)["guided"] == [[0.0 + k, 50.0 + k] for k in range(5)]
-    assert [y for _, y in drawn(errors)["limit"]] == [11.5, 11.5]
+def test_the_figures_of_a_case_have_tracks_reference_errors_and_its_limit() -> None:
+    found = comparison.figures_of(ROW, [OUTCOME, LawRun(ROW, "los_pid", 25.0, failure="it failed")])
+    tracks, errors = ({t["name"]: np.transpose([t["x"], t["y"]]).tolist() for t in each["traces"]} for each in found)
+    assert tracks["guided"] == [[10.0 + k, 20.0 + k] for k in range(5)]
+    assert tracks["reference"] == [[30.0 + k, 40.0 + k] for k in range(5)]
+    assert errors["guided"] == [[0.0 + k, 50.0 + k] for k in range(5)]
+    (limit,) = found[1]["layout"]["shapes"]
+    assert (limit["y0"], limit["name"]) == (11.5, "limit")
 
 
 @pytest.mark.parametrize(

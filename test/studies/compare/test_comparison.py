@@ -121,7 +121,7 @@ def test_the_run_folder_has_tables_json_and_a_figure_for_each_case(tmp_path: Pat
         ("case2_tracking", "los_pid"),
     ]
     assert all(r["position_rms"] > 0.0 and r["verdict"] is None for r in runs)
-    assert (folder / "compare.html").read_text().count("data:image/png;base64,") == 2
+    assert (folder / "compare.html").read_text().count("data-figure=") == 4  # tracks and errors of each case
     assert f"page: {folder / 'compare.html'}" in done.output
     page = (folder / "compare.md").read_text()
     assert page.count("![") == 2
