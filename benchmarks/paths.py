@@ -23,7 +23,7 @@ from vessel_hsmc_ros.guidance.factory import make_reference, travel_limits
 from vessel_hsmc_ros.guidance.lawnmower import plan_lawnmower
 from vessel_hsmc_ros.guidance.timetable import Timetable, motion_at
 from vessel_hsmc_ros.plant.dynamics import unforced_sway
-from vessel_hsmc_ros.report.record import errors_of, planned
+from vessel_hsmc_ros.report.record import on_legs, planned
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
@@ -211,7 +211,7 @@ def report_newcomer(law: str) -> None:
     for run_in in (0.0, 25.0, 37.5):
         scenario = cat.scenario.changed({**changes, "reference_ship.lawnmower.run_in": run_in})
         run = simulate(scenario)
-        errors = errors_of(run, planned(scenario), run.time)
+        errors, _ = on_legs(run, planned(scenario), run.time)
         truth = held(run.time, run.state, run.control["time"])
         observed = rms(position_error(run.control["estimate"], truth))
         each = ", ".join(f"{leg.cross_rms:.2f}" for leg in (per_leg(errors) if errors else ()))

@@ -12,7 +12,7 @@ from vessel_hsmc_ros.core.metrics import position_error
 from vessel_hsmc_ros.report import Record
 from vessel_hsmc_ros.report.figures import jitter_intervals
 from vessel_hsmc_ros.report.panels import HELP, Panel, panels
-from vessel_hsmc_ros.report.record import Limit, Mark, errors_of, limits, planned
+from vessel_hsmc_ros.report.record import Limit, Mark, limits, on_legs, planned
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 
@@ -85,7 +85,7 @@ def test_every_panel_has_help_and_no_help_is_without_a_panel() -> None:
         made.run.control["compute_time"] = np.full(steps, 3e-5)
         made.run.control["time"] = made.run.control["time"] + 1e-4 * (np.arange(steps) % 2)
     path = simulated("waypoints")
-    legs = replace(path, track_errors=errors_of(path.run, planned(path.scenario), path.run.time))
+    legs = replace(path, track_errors=on_legs(path.run, planned(path.scenario), path.run.time)[0])
     shown = {**by_title(noisy), **by_title(paper), **by_title(legs)}
     assert shown.keys() == HELP.keys()
     assert all(1 <= panel.help.count(".") <= 4 for panel in shown.values())

@@ -23,15 +23,12 @@ if TYPE_CHECKING:
 SERIES = ("#0072b2", "#d55e00", "#00875f", "#b0478a", "#8a6d00", "#4b4bc8")
 """Blue, vermilion, green, purple, olive, indigo: the colours of lines, or of runs, in this order."""
 
-SHIP, REFERENCE, OTHER, THIRD = SERIES[:4]
+SHIP, REFERENCE = SERIES[:2]
 LAW_COLOURS = dict(zip(("hierarchical", "hierarchical_printed", "guided", "los_pid", "nmpc"), SERIES, strict=False))
 """Colours of the laws, the same in every figure; other laws take the next ones."""
 
 NEUTRAL, LIMIT, INK = "#6b7782", "#b3261e", "#17212b"
 """Shared or measured quantities, saturation limits, and nearly black for what is true by definition."""
-
-PLANNED = "#c4d3de"
-"""Planned legs, below the tracks."""
 
 DARK_SERIES = ("#56b4e9", "#f08c3a", "#3ccf9a", "#e58fc3", "#e0c14a", "#9d9dfb")
 """The same hues on a dark page."""
@@ -69,7 +66,7 @@ _LIGHT_PAGE = {
     "limit": LIMIT,
     "cursor": INK,
     "water": "#eef4f8",
-    "plan": PLANNED,
+    "plan": "#c4d3de",
     "shared": NEUTRAL,
 }
 _DARK_PAGE = {

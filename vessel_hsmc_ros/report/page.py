@@ -322,18 +322,15 @@ def make(bags: Sequence[Path], options: Options) -> WrittenFiles:
     return write_files(read(bags, options.namespace, options.odometry, options.wrench), replace(options, page=chosen))
 
 
-def _ships(records: Sequence[Record]) -> list[str]:
-    """The names of the ships that are not the paper's."""
-    names = (vessel_name(record.scenario.vessel_sim.vessel) for record in records if record.scenario)
-    return [name for name in dict.fromkeys(names) if name]
-
-
 def write_files(records: Sequence[Record], options: Options) -> WrittenFiles:
     """Write the page of some records, and the requested figures and tables."""
     files = {"page": options.page or Path(PAGE)}
     # WrittenFiles beside a page that is not report.html carry its name: pages of other bags may lie in the same folder.
     prefix = "" if files["page"].name == PAGE else f"{files['page'].stem}_"
-    title = options.title or " · ".join([*(record.name for record in records), *_ships(records)])
+    ships = dict.fromkeys(
+        vessel_name(record.scenario.vessel_sim.vessel) for record in records if record.scenario
+    )  # "": the paper's
+    title = options.title or " · ".join([*(record.name for record in records), *filter(None, ships)])
     write(files["page"], records, title, options.hull.of(hull_of(records)), options.notes)
     if options.figures:
         files["figures"] = files["page"].parent / f"{prefix}figures"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -300,7 +301,9 @@ def overlays(records: Sequence[Record]) -> list[Overlay]:
             merged[panel.group, panel.title] = _with(overlay, panel, record.name, run)
     order = list(dict.fromkeys(overlay.panel.group for overlay in merged.values()))
     found = sorted(merged.values(), key=lambda overlay: order.index(overlay.panel.group))
-    return found if len(records) > 1 else [_alone(overlay) for overlay in found]
+    if len(records) > 1:
+        return found
+    return [Overlay(each.panel, tuple(replace(owned, label=owned.line.name) for owned in each.lines)) for each in found]
 
 
 def tracks(records: Sequence[Record]) -> list[Track]:
@@ -322,8 +325,7 @@ def tracks(records: Sequence[Record]) -> list[Track]:
     return ships + desired
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(NamedTuple):
     """The planned legs of a run or of several: their outlines and their waypoints, m."""
 
     outlines: tuple[NDArray[np.complex128], ...]
@@ -395,8 +397,3 @@ def _index_of_equal(line: Line, lines: Sequence[Owned]) -> int | None:
         if line.role == owned.line.role == DESIRED and np.array_equal(line.values, owned.line.values, equal_nan=True):
             return i
     return None
-
-
-def _alone(overlay: Overlay) -> Overlay:
-    """The lines of a single run, labelled by their own names."""
-    return Overlay(overlay.panel, tuple(replace(owned, label=owned.line.name) for owned in overlay.lines))

@@ -57,12 +57,16 @@ def planned(scenario: Scenario | None, paths: Paths = ()) -> PlannedTrack | None
     return track if track and track.stretches else None
 
 
-def errors_of(run: Run, track: PlannedTrack | None, running: Array) -> TrackErrors | None:
-    """Errors against the planned legs and turns; None without any.
+def on_legs(run: Run, track: PlannedTrack | None, running: Array, until: float = np.inf) -> tuple[TrackErrors | None, Passed]:
+    """Errors against the planned legs and turns, None without any, and how much of each leg was passed; both until a time, s.
 
     `running`: times of its samples since the reference began, without pauses, (n,) s.
     """
-    return None if track is None else track_errors(track, clock(track, running, run.reference), run.state[:, :2])
+    if track is None:
+        return None, {}
+    part, at = run.time <= until, clock(track, running, run.reference)
+    errors = track_errors(track, at, run.state[:, :2])
+    return errors.where(part), passed_legs(track, float(at[part][-1]), run.state[part, :2])
 
 
 class LegRow(NamedTuple):
@@ -175,7 +179,7 @@ def measured(
         return None
     part, running = run.time <= until, running_time(run.time, marks)
     track = track or planned(scenario)
-    legs = errors_of(run, track, running)
+    errors, legs = on_legs(run, track, running, until)
     found = evaluate(
         running[part],
         run.state[part],
@@ -184,12 +188,9 @@ def measured(
         commanded=None if command is None else command[1][command[0] <= until],
         limits=bounds(scenario),
         hull_length=hull_length(scenario),
-        track=None if legs is None else legs.where(part),
+        track=errors,
     )
-    if track is None:
-        return found
-    until_then = float(clock(track, running, run.reference)[part][-1])
-    return found._replace(legs_missed=missed(passed_legs(track, until_then, run.state[part, :2])))
+    return found if track is None else found._replace(legs_missed=missed(legs))
 
 
 def running_time(time: Array, marks: Sequence[Mark]) -> Array:
@@ -263,11 +264,7 @@ CHATTER_PER_SECOND, CHATTER_SHARE = 2.0, 0.05
 def analyse(name: str, run: Run, scenario: Scenario | None, marks: tuple[Mark, ...] = (), **known: Any) -> Record:
     """The record of a run with its metrics and its verdict; `known`: further fields, with the track if messages planned it."""
     track = known.pop("track") if "track" in known else planned(scenario)
-    errors: TrackErrors | None = None
-    legs: Passed = {}
-    if track is not None:
-        at = clock(track, running_time(run.time, marks), run.reference)
-        errors, legs = track_errors(track, at, run.state[:, :2]), passed_legs(track, float(at[-1]), run.state[:, :2])
+    errors, legs = on_legs(run, track, running_time(run.time, marks))
     metrics = measured(run, scenario, marks, track=track)
     known |= {"track": track, "track_errors": errors, "passed": legs}
     return with_verdict(Record(name, run, metrics, scenario=scenario, marks=marks, **known))

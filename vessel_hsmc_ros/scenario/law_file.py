@@ -93,7 +93,8 @@ def _executed(path: Path, content: bytes) -> ModuleType:
     except (Exception, SystemExit) as error:
         if previous:  # the laws of an earlier, intact version stay usable
             sys.modules[module.__name__] = previous
-        raise ParameterError(f"law file {_place(path, error)}: {type(error).__name__}: {_message(error)}") from None
+        text = " ".join((error.msg if isinstance(error, SyntaxError) else str(error)).split())
+        raise ParameterError(f"law file {_place(path, error)}: {type(error).__name__}: {text}") from None
     return module
 
 
@@ -103,11 +104,6 @@ def _place(path: Path, error: BaseException) -> str:
         return f"{path}:{error.lineno}"
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(path)]
     return f"{path}:{lines[-1]}" if lines else str(path)
-
-
-def _message(error: BaseException) -> str:
-    text = error.msg if isinstance(error, SyntaxError) else str(error)
-    return " ".join(text.split())
 
 
 def _laws(module: ModuleType, path: Path) -> Sequence[type[Law[object]]]:

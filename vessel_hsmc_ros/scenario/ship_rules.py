@@ -269,7 +269,7 @@ def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Seque
         name=name,
         about=about,
         vessel=vessel,
-        manoeuvres="\n".join(f"# {line}" for line in _listed(steps)),
+        manoeuvres="\n".join(f"# {times[a]:g} to {times[b]:g} s: {steps[a].manoeuvre}" for a, b in manoeuvres(steps)),
         rate=next((rate for rate in RATES if rate * scale.T >= SAMPLES), RATES[-1]),
         duration=times[-1],
         times=json.dumps(times[:-1]),
@@ -280,12 +280,6 @@ def scenario_text(name: str, about: str, vessel: str, scale: Scale, steps: Seque
         velocity_noise=_significant(0.01 * scale.U),
         yaw_rate_noise=_significant(0.01 * scale.r_max),
     )
-
-
-def _listed(steps: Sequence[Step]) -> list[str]:
-    """The manoeuvres with their times."""
-    times = starts(steps)
-    return [f"{times[first]:g} to {times[last]:g} s: {steps[first].manoeuvre}" for first, last in manoeuvres(steps)]
 
 
 def manoeuvres(steps: Sequence[Step]) -> list[tuple[int, int]]:

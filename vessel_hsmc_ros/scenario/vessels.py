@@ -394,7 +394,9 @@ def details(vessel: LibraryVessel) -> list[Row]:
 def markdown() -> str:
     """Overview and comparison as tables of Markdown, for the docs."""
     tables = ((HEAD, overview(published_vessels())), (COMPARED, comparison(published_vessels())))
-    return "\n\n".join(_markdown(head, rows) for head, rows in tables)
+    return "\n\n".join(
+        "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows)) for head, rows in tables
+    )
 
 
 def number(value: float) -> str:
@@ -414,7 +416,3 @@ def _summary(vessel: LibraryVessel) -> Row:
 
 def _with_unit(name: str) -> str:
     return f"{name} {INFORMATION[name]['unit']}".strip()
-
-
-def _markdown(head: Row, rows: Sequence[Row]) -> str:
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))

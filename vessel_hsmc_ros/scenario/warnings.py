@@ -26,8 +26,9 @@ def check_scenario(scenario: Scenario) -> list[str]:
         found = [*_partial_hull(scenario), *_papers_disturbance(scenario)]
     if gain := hull_warning(scenario.vessel_sim.vessel):
         found.append(gain)
-    if scenario.controller.law == "hierarchical" and (lost := _loss(scenario)):
-        found.append(lost)
+    c = scenario.controller
+    sway = sway_warning(c.hierarchical, c.vessel.as_controlled(), RateGrid(c.rate_hz).period) if c.law == "hierarchical" else ""
+    found += [sway] if sway else []
     reference = scenario.reference_ship
     if reference.mode == "path":  # its plan is the one of the check of the scenario
         slow = getattr(make_reference(reference, 1.0 / reference.rate_hz), "slow", "")
@@ -60,12 +61,6 @@ def check_goals(scenario: Scenario) -> list[str]:
     set_alone = {"goal": (goals, "goal.poses"), "path": (scheduled_path(p.path, p.motion.speed) is not None, "path.waypoints")}
     is_set, name = set_alone.get(p.mode, (True, ""))
     return [] if is_set else [f"reference_ship.mode = {p.mode} has no effect without {name}: the reference stays at initial_pose"]
-
-
-def _loss(scenario: Scenario) -> str:
-    """A sentence on a declared sway with which the hierarchical law loses the path; empty where it keeps it."""
-    c = scenario.controller
-    return sway_warning(c.hierarchical, c.vessel.as_controlled(), RateGrid(c.rate_hz).period)
 
 
 def _of_node(node: str, names: Collection[str]) -> set[str]:
