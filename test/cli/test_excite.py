@@ -40,7 +40,7 @@ def test_excite_takes_the_scenario_of_a_ship_of_ones_own() -> None:
 def test_excite_names_a_ship_that_does_not_exist_in_one_line() -> None:
     with pytest.raises(ScenarioError, match=r"yacht is neither a vessel nor a scenario: it must be one of .*otter.*, or a file"):
         call("excite", "yacht")
-    with pytest.raises(ScenarioError, match=r"file nowhere\.yaml cannot be read"):
+    with pytest.raises(ScenarioError, match=r"scenario file nowhere\.yaml does not exist"):
         call("excite", "nowhere.yaml")
 
 

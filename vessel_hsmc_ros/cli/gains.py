@@ -5,7 +5,7 @@ import shlex
 from collections.abc import Sequence
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -27,9 +27,6 @@ from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.certificate import BOX, Case, Limits, Part, at_a_point, case_of, limits_of, under_way
 from vessel_hsmc_ros.studies.margins import Study, shortcomings, study
-
-if TYPE_CHECKING:
-    from vessel_hsmc_ros.studies.tuning.result import Result
 
 
 @click.command()
@@ -245,9 +242,10 @@ def tune(
     --trials.
     """
     # Imported here: Optuna takes half a second, which the other verbs need not spend.
-    from vessel_hsmc_ros.studies.tuning.files import write
+    from vessel_hsmc_ros.studies.tuning.files import GAINS_HEAD, gains_table, write
     from vessel_hsmc_ros.studies.tuning.plan import LAW, Tuning, chosen_objective, held_out_cases, law_of, load_cases, parse_gains
     from vessel_hsmc_ros.studies.tuning.result import tune as run_tuning
+    from vessel_hsmc_ros.studies.tuning.result import verdict
 
     given = parse_changes(changes)
     runs = load_cases(source, given | ({} if law is None else {LAW: law}))
@@ -259,7 +257,9 @@ def tune(
     print_status(f"folder: {folder}; after an interruption {again} continues the search")
     with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
         result = run_tuning(tuning, folder, trials, unseen, lambda done, best: update(done, note=best))
-    _print(result)
+    print_table(GAINS_HEAD, gains_table(result))
+    for line in verdict(result):
+        print_line(line)
     print_files(write(folder, result))
 
 
@@ -274,13 +274,3 @@ def _folder(output: Path | None, name: str) -> Path:
         raise RunError(f"folder {output} cannot be made: {error.strerror}") from None
     check_writable(output)
     return output
-
-
-def _print(result: "Result") -> None:
-    """Print present and tuned gains, and what the change is worth."""
-    from vessel_hsmc_ros.studies.tuning.files import GAINS_HEAD, gains_table
-    from vessel_hsmc_ros.studies.tuning.result import verdict
-
-    print_table(GAINS_HEAD, gains_table(result))
-    for line in verdict(result):
-        print_line(line)

@@ -213,13 +213,8 @@ def rerun(bag: Bag, changes: Mapping[str, object], namespace: str | None, output
     folder.write_parameters(dump_scenario(scenario))
     report.write(folder.report, [recorded, repeated], f"{scenario.name}, recorded and with {change}")
     figures.draw([recorded, repeated], folder.figures)
-    return Rerun(folder, change, _table(recorded, repeated))
-
-
-def _table(recorded: report.Record, repeated: report.Record) -> list[tuple[str, str, str, str]]:
-    """The metrics that both runs have, and their differences."""
-    table = metrics_table([recorded, repeated])
-    return [(row.label, row.text(0), row.text(1), row.difference(1)) for row in table if None not in row.values]
+    common = [row for row in metrics_table([recorded, repeated]) if None not in row.values]
+    return Rerun(folder, change, [(row.label, row.text(0), row.text(1), row.difference(1)) for row in common])
 
 
 def _shortened(scenario: Scenario, bag: Bag, namespace: str | None) -> Scenario:

@@ -57,7 +57,7 @@ def failures(results: Results) -> Table:
     """The failures of each law with the exact interval of their probability."""
     sure = results.campaign.independent
     head = (
-        _what(results),
+        results.campaign.variant_column,
         "runs",
         "failures",
         "share of the runs",
@@ -78,7 +78,7 @@ def quantiles(results: Results) -> Table:
     """Quantiles of every metric with bounds that are order statistics, and the largest value."""
     head = (
         "metric",
-        _what(results),
+        results.campaign.variant_column,
         *(f"{100.0 * share:g} %" if share != SHARES[1] else "median" for share in SHARES),
         "largest",
     )
@@ -93,20 +93,20 @@ def quantiles(results: Results) -> Table:
 
 def points(results: Results) -> Table:
     """Every run, with its drawn values and the metrics that are drawn."""
-    names = [*results.drawn]
+    names, what = [*results.drawn], results.campaign.variant_column
     lines = []
     for i in range(len(results)):
         values = [Cell(value_text(_rounded(results.rows[name][i].item()))) for name in names]
         metrics = [Cell(_value(results, metric, float(results.cost(metric)[i]))) for metric in results.shown]
-        lines.append((Cell(str(results.rows["run"][i])), Cell(str(results.rows[_what(results)][i])), *values, *metrics))
-    return Table(("run", _what(results), *names, *map(label, results.shown)), lines)
+        lines.append((Cell(str(results.rows["run"][i])), Cell(str(results.rows[what][i])), *values, *metrics))
+    return Table(("run", what, *names, *map(label, results.shown)), lines)
 
 
 def comparisons(results: Results) -> Table:
     """Every pair of laws on the same draws, for the metrics that are drawn."""
     sure = results.campaign.independent
     share = (_confident("first better, probability"),) if sure else ()
-    head = ("metric", f"{_what(results)}s", "first better", "second better", "equal", *share, "median ratio")
+    head = ("metric", f"{results.campaign.variant_column}s", "first better", "second better", "equal", *share, "median ratio")
     lines = []
     for metric in results.shown:
         for first, second in itertools.combinations(results.by_variant, 2):
@@ -141,7 +141,7 @@ def worst(results: Results, folder: Path) -> Table:
             values = [Cell(value_text(_rounded(runs.rows[name][i].item()))) for name in names]
             reason, command = str(runs.rows["failure"][i]), replay_command(folder, int(runs.rows["run"][i]))
             lines.append((Cell(command), Cell(law), Cell(shown, reason), *values))
-    return Table(("replay on the nodes", _what(results), label(results.main), *map(short, names)), lines)
+    return Table(("replay on the nodes", results.campaign.variant_column, label(results.main), *map(short, names)), lines)
 
 
 def replay_command(folder: Path, run: int) -> str:
@@ -202,11 +202,6 @@ def _comparison(results: Results, first: str, second: str) -> str:
         statement += f" (probability {interval_text(found.share)})"
     ratio = f"; the median ratio is {found.ratio.value:.2g}" if math.isfinite(found.ratio.value) else ""
     return f"{statement}{ratio}."
-
-
-def _what(results: Results) -> str:
-    """What is compared on the same draws."""
-    return results.campaign.variant_column
 
 
 def _quantile(results: Results, metric: str, found: Quantile) -> Cell:
