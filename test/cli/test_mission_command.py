@@ -55,7 +55,9 @@ def test_nothing_is_written_while_an_item_is_refused_unless_that_is_asked_for() 
 def test_what_is_written_is_what_a_scenario_sails() -> None:
     text = wpl([line(k, 3, 16, (10 * (k == 2), 0, 0, 0), place) for k, place in enumerate(PLACES, 1)])
     assert call(text, "--datum", "63.4401,10.3901", "--into", "out.yaml", "--speed", "0.9").exception is None
-    path = load_scenario("survey", read_changes(Path("out.yaml"))).reference_ship.path
+    reference = load_scenario("survey", read_changes(Path("out.yaml"))).reference_ship
+    path = reference.path
+    assert reference.actions.datum == (63.4401, 10.3901)
     assert path.waypoints[2:4] == pytest.approx((94.823, 100.323), abs=1e-3)
     assert (path.speeds, path.corners, path.holds) == ((0.9,) * 3, ("through", "stop", "through"), (0.0, 10.0, 0.0))
     again = call(text, "--into", "out.yaml")

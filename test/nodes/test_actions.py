@@ -125,6 +125,18 @@ def test_places_are_sailed_by_the_datum_that_the_odometry_states_and_by_no_other
         assert 20.0 < sent.feedback[-1].distance_remaining < 41.0
 
 
+def test_a_path_in_the_plane_of_another_datum_than_that_of_the_odometry_is_held(bench: Any, start: Any) -> None:
+    stated = bench.probe.create_publisher(NavSatFix, "odom/datum", qos.LATCHED)
+    stated.publish(NavSatFix(latitude=63.44, longitude=10.39))
+    way = {"path__time": 0.0, "path__waypoints": [40.0, 0.0, 40.0, 30.0]}
+    vessel = start("path", lockstep=False, actions__datum=[63.44, 10.3901], **way)
+    vessel.until(lambda: vessel.node.actions.tasks.blocked)
+    assert vessel.node._ship.held
+    assert "datum must be the datum of the odometry, 63.44, 10.39 (got [63.44, 10.3901])" in vessel.node.status()[1]
+    vessel.node._reset()
+    vessel.until(lambda: vessel.node._ship.held)
+
+
 def test_a_vessel_that_does_not_follow_has_not_reached_the_end(start: Any) -> None:
     vessel = start("path", actions__patience=20.0)
     vessel.offset = 5.0

@@ -264,10 +264,11 @@ def _plan(values: dict[str, object], name: str, whole: Mission) -> int:
 
 
 def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> None:
-    """Write the parameters of the reference ship, and the fence for it and the controller."""
+    """Write the parameters of the reference ship, their datum, and the fence for it and the controller."""
     datum = f", datum {found.datum[0]:.9f},{found.datum[1]:.9f}" if found.datum else ""
     fence = fence_of_mission(found.mission)
-    sections = {**fence, "reference_ship": {**values, **fence.get("reference_ship", {})}}
+    stated = {"actions.datum": list(found.datum)} if found.datum else {}
+    sections = {**fence, "reference_ship": {**values, **stated, **fence.get("reference_ship", {})}}
     head = f"# The mission {file.name.encode('ascii', 'replace').decode()}{datum}: parameters for --set @FILE.\n"
     head = "".join(c if c.isprintable() or c == "\n" else "?" for c in head)
     write_new(into, head + dump_parameters(sections))

@@ -23,15 +23,16 @@ from std_srvs.srv import Trigger
 
 from vessel_hsmc_ros.control.safety.parameters import Operation
 from vessel_hsmc_ros.core.exceptions import GoalError
-from vessel_hsmc_ros.core.kinematics import FARTHEST, Motion, Plane, exchanged, same
+from vessel_hsmc_ros.core.kinematics import FARTHEST, Motion, Plane, exchanged
 from vessel_hsmc_ros.guidance.factory import half_length
 from vessel_hsmc_ros.guidance.tasks import Code, Done, Goal, Limits, Order, Output, Progress, Report, Sail, Sight, Tasks
 from vessel_hsmc_ros.guidance.waypoints import NONE, Point
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.conversions import path_event, read_goal, read_path
 from vessel_hsmc_ros.messages.topics import DATUM
+from vessel_hsmc_ros.nodes.base import WARNING_PERIOD
 from vessel_hsmc_ros.nodes.rclpy_parts import RCLError
-from vessel_hsmc_ros.nodes.vessel_sight import VesselSight
+from vessel_hsmc_ros.nodes.vessel_sight import VesselSight, other_datum
 from vessel_hsmc_ros.scenario.parameter_groups import OWNER
 
 MAX_WAYPOINTS = 20_000  # of one goal, with its loops
@@ -62,8 +63,8 @@ class Frames(NamedTuple):
         datum = self.stated or declared
         if datum is None:
             raise GoalError(f"{OWNER}.datum must be given for places by latitude and longitude, as no node states it on {DATUM}")
-        if declared and not same(declared, datum):
-            raise GoalError(f"{OWNER}.datum must be the datum of the odometry, {datum[0]}, {datum[1]} (got {list(declared)})")
+        if wrong := other_datum(self.datum, self.stated):
+            raise GoalError(wrong)
         return Plane(*datum)
 
 
@@ -207,7 +208,7 @@ class Actions:
         self._stop = node.create_client(Trigger, "controller/stop") if p.at_end == "stop" else None
         self._stopping = False
         self._names = [name for name, action in ACTIONS.items() if node.parameters.mode in action.modes]
-        watches = bool(self._names) and not node.parameters.lockstep
+        watches = bool(self._names or p.datum != NONE) and not node.parameters.lockstep
         self._sight: VesselSight | None = VesselSight(node, p) if watches or p.battery or p.operator_timeout else None
         self._servers = [self._serve(name, ACTIONS[name]) for name in self._names]
         if self._servers or self._sight:
@@ -351,9 +352,12 @@ class Actions:
         if (sight := self._sight) is None:
             return
         self.apply(self.tasks.controller(*sight.controller()))
-        for name, why in (("battery", sight.battery()), ("operator", sight.operator())):
+        end = self._p.at_end
+        causes = ("datum", sight.other_datum(), "hold"), ("battery", sight.battery(), end), ("operator", sight.operator(), end)
+        for name, why, action in causes:
             if why:
-                self.apply(self.tasks.block(name, why, self._p.at_end))
+                self._node.get_logger().error(why, throttle_duration_sec=WARNING_PERIOD)
+                self.apply(self.tasks.block(name, why, action))
             elif name == "operator":  # a battery does not recover: the reset of the node ends it
                 self.tasks.unblock(name)
         self._stop_controller(sight)
@@ -378,7 +382,8 @@ class Actions:
     def reset(self) -> None:
         """End all goals, because the reference returns to its start."""
         self._stopping = False
-        self.tasks.unblock("battery")
+        for name in ("battery", "datum"):  # the next look blocks again
+            self.tasks.unblock(name)
         self.apply(self.tasks.reset("the reference was reset"))
 
     def ending(self) -> bool:

@@ -6,6 +6,7 @@ For its actions, and for a reference that follows the vessel.
 import math
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 from nav_msgs.msg import Odometry
@@ -16,12 +17,13 @@ from std_msgs.msg import Empty
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
-from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.core.kinematics import Motion, same
 from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.guidance.waypoints import NONE
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.scenario.parameter_groups import ActionParameters
+from vessel_hsmc_ros.scenario.parameter_groups import OWNER, ActionParameters
 
 OLD = 1.0  # age from which on odometry does not count, s
 REASONS = {int(reason): reason for reason in Reason}
@@ -53,6 +55,13 @@ class Latest:
             return None
 
 
+def other_datum(declared: Sequence[float], stated: Sequence[float] | None) -> str:
+    """That a datum which is declared is not the one that is stated; empty if it is, or one of them is not known."""
+    if stated is None or tuple(declared) == NONE or same(declared, stated):
+        return ""
+    return f"{OWNER}.datum must be the datum of the odometry, {stated[0]}, {stated[1]} (got {list(declared)})"
+
+
 class VesselSight:
     """Subscribes to what is declared, and states it in words."""
 
@@ -76,6 +85,10 @@ class VesselSight:
         """Latitude and longitude of the origin of the odometry, degrees; None where no node states them."""
         message = self._datum.read() if self._datum else None
         return (message.latitude, message.longitude) if message is not None else None
+
+    def other_datum(self) -> str:
+        """That the odometry states another datum than the declared one; empty if it states that one or none."""
+        return other_datum(self._p.datum, self.datum())
 
     def operation(self) -> Operation | None:
         """What the controller does; None where it has never been heard of."""
