@@ -82,6 +82,23 @@ def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(fai
     assert code == (process.FAILED if error is SimulationError else 0)
 
 
+class Part:
+    """A part of a node, which does its work for it."""
+
+    def __init__(self, node: Any) -> None:
+        self._node = node
+
+    def work(self) -> None:
+        raise SimulationError("as planned")
+
+
+def test_an_error_in_a_part_of_a_node_is_reported_by_this_node() -> None:
+    reported: list[str] = []
+    nodes: list[Any] = [SimpleNamespace(fail=lambda text, name=name: reported.append(f"{name}: {text}")) for name in "abc"]
+    assert process.do_all([Part(nodes[1]).work], nodes) == process.FAILED
+    assert reported == ["b: as planned"]
+
+
 @pytest.mark.parametrize("program", PROGRAMS.values(), ids=lambda node: node.executable)
 def test_a_node_that_cannot_start_leaves_the_graph_although_its_error_is_kept(bench: Any, program: NodeProgram) -> None:
     for library in program.libraries:

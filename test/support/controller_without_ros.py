@@ -119,6 +119,7 @@ class ControllerWithoutRos(ControllerNode):
         self._state = conv.Outgoing(conv.new_control_state(), conv.CONTROL_STATE)
         self._command_out, self._state_out = Ignoring(), self
         self._commanding: Any = Ignoring()
+        self._guiding: Any = Ignoring()
 
     def take_sent(self) -> list[tuple[int, Pair]]:
         """The commands that were published since the last call."""

@@ -161,8 +161,9 @@ def do_all(works: Iterable[Callable[[], None]], nodes: Sequence[VesselNode]) -> 
 
 
 def _fail(nodes: Sequence[VesselNode], error: Exception, reason: str) -> None:
-    """Report a failure by the node in whose code it occurred: an executor raises it and does not name the node."""
+    """Report a failure by the node in whose code, or part, it occurred: an executor raises it and does not name the node."""
     owners = [frame.f_locals.get("self") for frame, _ in walk_tb(error.__traceback__)]
+    owners += [getattr(owner, "_node", None) for owner in owners]
     next((node for node in nodes for owner in owners if owner is node), nodes[0]).fail(reason)
 
 
