@@ -73,7 +73,7 @@ verdict: setup  ## as reproduce, and update docs: claims.md, results.json and th
 # wait for nodes. Each has a ROS domain of its own.
 # One that ends, by a crash or because a test hangs, ends the run: what is left would not be scheduled.
 SHARED := --numprocesses 3 --dist loadfile --no-loadscope-reorder --max-worker-restart 0
-test: tools laws definitions  ## run all tests but the long ones, some seven minutes
+test: tools laws definitions  ## run all tests but the long ones, some eight minutes
 	@$(BIN)/python -m pytest -m 'not long and not alone' $(SHARED)
 
 test-long: tools laws definitions  ## run the long tests: builds by pip and colcon; demo, soak, tutorial; further parameters of costly tests
