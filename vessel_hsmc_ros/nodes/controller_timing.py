@@ -297,7 +297,7 @@ class RealTime(Timing):
             return missing[1]
         if min(node.inputs.monitor.fresh.values()) < node.parameters.safety.fresh_samples:
             return Reason.NOT_READY
-        if not self._alone:
+        if not self._look():  # what was seen last may have been mended since
             return Reason.SECOND_PUBLISHER
         return Reason.NONE if node.has_consumer() else Reason.NO_CONSUMER
 
@@ -351,11 +351,15 @@ class RealTime(Timing):
 
     # -- clock and graph ----------------------------------------------------------------------------------------------
 
+    def _look(self) -> bool:
+        """Look whether command and reference have one publisher each."""
+        self._alone = not self._node.second_publisher()
+        return self._alone
+
     def _check(self) -> None:
         """Look for a clock that has not begun or was stepped, and for a second publisher of the command or the reference."""
         node, now = self._node, self._node.now()
-        self._alone = not node.second_publisher()
-        if not self._alone:
+        if not self._look():
             node.get_logger().error(node.second_command, throttle_duration_sec=WARNING_PERIOD)
         if self._simulated:
             node.clock_problem = self._standstill(now)
