@@ -301,7 +301,6 @@ def test_a_second_reference_is_refused_and_leads_to_the_safe_action(bench: Any, 
         node.begin()
     bench.probe.destroy_publisher(other)
     bench.until(lambda: not node.second_publisher())
-    sea.run(0.1)
     node.begin()
     bench.until(lambda: operates(ControlState.ACTIVE))
 
