@@ -2,11 +2,11 @@
 
 benchmarks/results.yaml declares what is measured: a command, what of its output is a figure, and the code that it measures.
 benchmarks/results.json keeps what was measured, with date, commit and machine. The commit is the last one that changed the
-measured code; a row whose code has changed since is marked as older than its code.
+measured code; the pages show no figures of a row whose code has changed since.
 
     python benchmarks/page.py                     # run the quick commands, write the pages
     python benchmarks/page.py --only circle rest  # run these, quick or not
-    python benchmarks/page.py --no-run            # write the pages and the marks only
+    python benchmarks/page.py --no-run            # write the pages only
 """
 
 import argparse
@@ -21,6 +21,7 @@ import time
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,6 @@ README_LAWS = ("hierarchical", "guided", "los_pid")
 GENERATED = re.compile(r"(<!-- generated: results -->\n).*?(<!-- end -->)", re.DOTALL)
 TIME_LIMIT = 4 * 3600.0
 """Largest duration of a command, s."""
-OLDER = "**older than its code**"
 
 Results = dict[str, dict[str, Any]]
 
@@ -167,20 +167,14 @@ def shown(row: Row, result: Mapping[str, Any]) -> str:
     return row.shown.format(**result["figures"])
 
 
-def origin(result: Mapping[str, Any]) -> str:
-    """Commit of a result, and whether the code has changed since."""
-    commit = f"`{result['commit']}`" if result.get("commit") else "-"
-    return f"{commit}, {OLDER}" if result["older"] else commit
-
-
 def readme_table(rows: Iterable[Row], results: Results) -> str:
-    """The table of README.md: a line for each row with a name for it, a column for each law."""
+    """The table of README.md: a line for each fresh row with a name for it, a column for each law."""
     lines = ["| | " + " | ".join(f"`{law}`" for law in README_LAWS) + " | commit |", "|---" * (2 + len(README_LAWS)) + "|"]
     for row in rows:
-        if row.readme:
-            figures = results[row.name]["figures"]
-            cells = " | ".join(figures[law] for law in README_LAWS)
-            lines.append(f"| {row.readme} | {cells} | {origin(results[row.name])} |")
+        result = results[row.name]
+        if row.readme and not result["older"]:
+            cells = " | ".join(result["figures"][law] for law in README_LAWS)
+            lines.append(f"| {row.readme} | {cells} | `{result['commit']}` |")
     return "\n".join(lines)
 
 
@@ -189,35 +183,36 @@ def with_readme_table(text: str, rows: Iterable[Row], results: Results) -> str:
     return GENERATED.sub(lambda match: f"{match[1]}{readme_table(rows, results)}\n{match[2]}", text)
 
 
-def measured_at(result: Mapping[str, Any], machines: list[str]) -> str:
-    """Date, commit and machine of a result, the machine by its number in the list."""
-    number = 1 + machines.index(result["machine"]) if result.get("machine") else "-"
-    return f"{result.get('date') or '-'}, {origin(result)}, {number}"
-
-
 def results_page(rows: Iterable[Row], results: Results) -> str:
-    """The text of docs/results.md."""
+    """The text of docs/results.md: the figures of the present code; a row whose code has changed since has none."""
+    rows = list(rows)
+    machines = list(dict.fromkeys(results[row.name]["machine"] for row in rows if not results[row.name]["older"]))
     text = [
         "# Results",
         "",
         "Written by `make benchmark-page` from `benchmarks/results.yaml` and `benchmarks/results.json`; not to be edited.",
-        "The commit is the last one that changed the measured code. A row is marked where that code has changed since,",
-        "or where the commit is not known. The pace of the machine varies by a factor of two with the load of its host.",
+        "The commit is the last one that changed the measured code. A row without figures has not been measured since.",
+        "The pace of the machine varies by a factor of two with the load of its host.",
     ]
-    section, machines = "", list(dict.fromkeys(each["machine"] for each in results.values() if each.get("machine")))
-    for row in rows:
-        if row.section != section:
-            section = row.section
-            text += ["", f"## {section}", "", "| what | measured | command | date, commit, machine |", "|---|---|---|---|"]
-        result = results[row.name]
-        command = f"`{row.command}`".replace("|", "\\|")
-        text.append(f"| {row.what} | {shown(row, result)} | {command} | {measured_at(result, machines)} |")
+    for section, members in groupby(rows, lambda row: row.section):
+        text += ["", f"## {section}", "", "| what | measured | command | date, commit, machine |", "|---|---|---|---|"]
+        text += [result_line(row, results[row.name], machines) for row in members]
     text += ["", "## Machines", "", *(f"{number}. {each}" for number, each in enumerate(machines, 1)), ""]
     return "\n".join(text)
 
 
+def result_line(row: Row, result: Mapping[str, Any], machines: list[str]) -> str:
+    """The line of a row; the machine is given by its number in the list."""
+    measured = origin = "–"
+    if not result["older"]:
+        measured = shown(row, result)
+        origin = f"{result['date']}, `{result['commit']}`, {1 + machines.index(result['machine'])}"
+    command = f"`{row.command}`".replace("|", "\\|")
+    return f"| {row.what} | {measured} | {command} | {origin} |"
+
+
 def write(rows: list[Row], results: Results) -> None:
-    """Mark what is older than its code, and write results.json, the page and the table of README.md."""
+    """Find what is older than its code, and write results.json, the page and the table of README.md."""
     rows = [row for row in rows if row.name in results]
     results = {row.name: results[row.name] for row in rows}
     for row in rows:

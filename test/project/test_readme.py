@@ -38,6 +38,16 @@ def test_the_page_of_results_is_the_generated_one() -> None:
     assert (ROOT / "docs" / "results.md").read_text(encoding="utf-8") == page.results_page(ROWS, RESULTS)
 
 
+def test_figures_of_older_code_are_not_shown() -> None:
+    rows = [row for row in ROWS if row.name in ("circle", "straight", "suite_sea")]
+    results = {row.name: {**RESULTS[row.name], "older": row.name != "straight"} for row in rows}
+    text = page.results_page(rows, results)
+    for row in rows:
+        assert row.what in text
+        assert (page.shown(row, results[row.name]) in text) == (row.name == "straight")
+    assert len(page.readme_table(rows, results).splitlines()) == 2
+
+
 def test_every_result_has_a_row_and_every_row_its_code() -> None:
     assert RESULTS.keys() == {row.name for row in ROWS}
     assert [path for row in ROWS for path in row.code if not (ROOT / path).exists()] == []
