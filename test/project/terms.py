@@ -29,6 +29,7 @@ TEXT = (
     ".mjs",
     ".msg",
     ".py",
+    ".rst",
     ".toml",
     ".txt",
     ".xml",

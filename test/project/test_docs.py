@@ -5,6 +5,8 @@ import re
 from pathlib import Path
 
 import pytest
+from catkin_pkg.changelog import get_changelog_from_path
+from catkin_pkg.package import parse_package
 
 import vessel_hsmc_ros
 from vessel_hsmc_ros.cli.options import parse_changes
@@ -107,3 +109,15 @@ def test_the_page_of_the_paper_covers_every_equation() -> None:
 def test_the_api_reference_covers_every_public_name() -> None:
     page = (ROOT / "docs" / "api" / "index.md").read_text(encoding="utf-8")
     assert [name for name in vessel_hsmc_ros.__all__ if f"vessel_hsmc_ros.{name}" not in page and f"`{name}`" not in page] == []
+
+
+@pytest.mark.parametrize("folder", [ROOT, ROOT / "msg_defs"], ids=["package", "messages"])
+def test_a_release_finds_the_changelog_of_its_package(folder: Path, tmp_path: Path) -> None:
+    text = (folder / "CHANGELOG.rst").read_text(encoding="utf-8")
+    released = text.replace(f"Forthcoming\n{'-' * 11}\n", f"0.1.0 (2026-01-01)\n{'-' * 18}\n")
+    (tmp_path / "CHANGELOG.rst").write_text(released, encoding="utf-8")
+    changelog = get_changelog_from_path(str(tmp_path / "CHANGELOG.rst"))
+    assert f"Changelog for package {parse_package(str(folder)).name}\n" in text
+    ((version, _, content),) = changelog.foreach_version()
+    assert version == "0.1.0"
+    assert content
