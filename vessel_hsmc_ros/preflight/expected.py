@@ -17,7 +17,8 @@ from vessel_hsmc_ros.messages import state_columns as types
 from vessel_hsmc_ros.messages.conversions import BODY
 from vessel_hsmc_ros.messages.state_columns import CONTROL_STATE, KNOWN, columns_of
 from vessel_hsmc_ros.messages.topics import EVENTS
-from vessel_hsmc_ros.preflight.connection import EULER, WRONG, Connection, Endpoint, Role, Topic, clocks_differ
+from vessel_hsmc_ros.preflight.clocks import clocks_differ
+from vessel_hsmc_ros.preflight.connection import EULER, WRONG, Connection, Endpoint, Role, Topic
 from vessel_hsmc_ros.preflight.failsafe_rules import autopilot_of
 from vessel_hsmc_ros.preflight.rules import judge
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS

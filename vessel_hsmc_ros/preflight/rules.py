@@ -10,19 +10,8 @@ from itertools import product
 
 import numpy as np
 
-from vessel_hsmc_ros.preflight.connection import (
-    EULER,
-    OK,
-    TODO,
-    WRONG,
-    Connection,
-    Endpoint,
-    Finding,
-    Role,
-    Topic,
-    clock_step,
-    judge_stamps,
-)
+from vessel_hsmc_ros.preflight.clocks import clock_step, judge_stamps
+from vessel_hsmc_ros.preflight.connection import EULER, OK, TODO, WRONG, Connection, Endpoint, Finding, Role, Topic
 from vessel_hsmc_ros.preflight.failsafe_rules import judge_failsafes
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs

@@ -17,23 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vessel_hsmc_ros.control.safety.monitors import SLOW_SPEED
 from vessel_hsmc_ros.core.kernel import Array
-from vessel_hsmc_ros.core.kinematics import GRAVITY
-from vessel_hsmc_ros.preflight.connection import (
-    OK,
-    TODO,
-    WRONG,
-    Connection,
-    Finding,
-    Samples,
-    Topic,
-    carried,
-    motions_of,
-    noises,
-    sample_rate,
-    times_of,
-)
+from vessel_hsmc_ros.preflight.clocks import times_of
+from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection, Finding, Topic
+from vessel_hsmc_ros.preflight.motion import Complex, Samples, carried, motions_of, noises, parts, sample_rate, slow
 
 GRID = 0.1  # interval to which motion and commands are brought, s
 WIDTHS = (2, 4, 8, 16, 32, 64)  # numbers of intervals over which they are smoothed, until noise does not count
@@ -44,24 +31,52 @@ SURE, SURE_PART = 6.0, 2.0  # deviations from which on an effect is certain, in 
 EXPLAINED = 0.5  # least share of what the equation leaves over that the command explains
 CLOSE = 1.3  # lags whose residuals are larger by at most this factor fit as well as the best one
 ACCURACY = 0.02  # share to which the terms of the equation are measured: what is smaller shows nothing
-LEAST_FREE = 0.005
+LEAST_FREE, LEAST_ROWS = 0.005, 20
+"""Least share of the command's square that the other terms must leave, and least number of equations beyond that of the terms."""
 
-LEAST_ROWS = 20
+ALIKE, LARGEST_GAIN = 0.6, 2.0
+"""Least likeness, a cosine, of a velocity and its command, and the largest ratio of them in loops that work."""
+
+BEYOND, LEAST_CHANGE = 0.5, 0.02
+"""Least likeness of what a steady load leaves of both, and least share of the command's square that it has to leave."""
+
+MOSTLY, LEAST_COMMAND = 0.8, 0.1
+"""Share of the time with a command for which both have one sign, and the share of its root mean square from which it is one."""
+
+CLOSE_BY = 0.5  # difference of velocity and command, relative to the velocity, below which no load explains it
+ONE_SIDED, ALWAYS = 0.95, 0.9  # shares of a force that has one sign, and of the time for which a boat goes the same way
+
+WRENCH, VELOCITY = {"force": "surge force", "moment": "yaw moment"}, {"u": "surge speed", "r": "yaw rate"}
+"""Columns of the forms of command, and what they are."""
+
+EFFECTS = (
+    ("ahead", "astern", "the drives are reversed, or x points astern"),
+    ("to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
+)
+
+SCALED, CLEAR = 8.0, 0.8
+"""How many times the effect of the declared inertia is a mistake, as lag, limits and a current account for less; and the share of
+the motion that a command must explain for that."""
+
+INERTIAS = ("surge_inertia", "yaw_inertia")
+
+DELAYS = (0.0, 0.5, 1.0, 2.0)  # times after which velocities follow their commands, s
+STEPWISE = 0.9  # share of the time for which a command is constant that a person or a pulse gives, and no law
 
 
 class Motion(NamedTuple):
-    """A motion and its commands on a grid, smoothed alike; each (n,).
+    """A motion on the grid, smoothed; each (n,)."""
 
-    `u`, `v`, `r`: velocities. `du`, `dr`: their rates. `psi`: heading. `width`: intervals of smoothing.
-    """
-
-    u: Array
-    v: Array
+    hull: Complex  # velocity along the hull, u + i·v
     r: Array
-    du: Array
-    dr: Array
     psi: Array
-    width: int
+    rates: tuple[Array, Array]  # of u and of r
+    width: int  # intervals of smoothing
+
+    @property
+    def velocities(self) -> tuple[Array, Array]:
+        """Of surge and of yaw: u and r."""
+        return self.hull.real, self.r
 
 
 class Effect(NamedTuple):
@@ -73,47 +88,23 @@ class Effect(NamedTuple):
     explained: float = 0.0  # share of what the other terms leave over that the command explains
 
 
-def mean(values: Array, w: int) -> Array:
-    """Means over w intervals, by the trapezoidal rule, along the first axis."""
-    total = np.concatenate((np.zeros((1, *values.shape[1:])), np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0)))
+def mean(values: Complex, w: int) -> Complex:
+    """Means over w intervals, by the trapezoidal rule."""
+    total = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))))
     return np.asarray((total[w:] - total[:-w]) / w)
 
 
-def slope(values: Array, w: int) -> Array:
+def slope(values: Complex, w: int) -> Complex:
     """Rates over w intervals, at the same times as the means."""
     return np.asarray((values[w:] - values[:-w]) / (w * GRID))
 
 
-def smoothed(poses: Array, w: int) -> Motion:
-    """The motion of poses x, y, psi on the grid, (n, 3), smoothed over w intervals."""
-    places = mean(poses, w)
-    velocities, psi = slope(places, w), mean(places[:, 2], w)
-    c, s = np.cos(psi), np.sin(psi)
-    body = np.column_stack(
-        (c * velocities[:, 0] + s * velocities[:, 1], c * velocities[:, 1] - s * velocities[:, 0], velocities[:, 2])
-    )
-    rates, means = slope(body, w), mean(body, w)
-    return Motion(means[:, 0], means[:, 1], means[:, 2], rates[:, 0], rates[:, 2], mean(psi, w), w)
-
-
-def least_smoothed(poses: Array, noise: float, rate: float, k: int) -> Motion | None:
-    """The motion, smoothed until noise does not count; None if it always does.
-
-    Second differences of means of m samples over a width W have the variance 6·noise²/(m·W⁴). `poses`: x, y, psi on the grid,
-    (n, 3). `noise`: standard deviation of a sample, m or rad. `rate`: of the samples, Hz. `k`: 0 for the rate of surge, 1 for
-    that of yaw.
-    """
-    for w in WIDTHS:
-        width = w * GRID
-        if len(poses) < LEAST_WIDTHS * w:
-            return None
-        if width * rate < 2.0:
-            continue
-        motion = smoothed(poses, w)
-        size = float(np.std(motion.dr if k else motion.du))
-        if math.sqrt(6.0 / (rate * width)) * noise / width**2 < NOISE_SHARE * size:
-            return motion
-    return None
+def smoothed(place: Complex, psi: Array, w: int) -> Motion:
+    """The motion of places x + i·y and headings on the grid, (n,) each, smoothed over w intervals."""
+    velocity, r = slope(mean(place, w), w), slope(mean(psi, w), w)
+    psi = mean(mean(psi, w), w)
+    hull = velocity * np.exp(-1j * psi)
+    return Motion(mean(hull, w), mean(r, w), mean(psi, w), (slope(hull, w).real, slope(r, w)), w)
 
 
 def smoothed_command(command: Array, w: int) -> Array:
@@ -178,14 +169,12 @@ def partial(x: Array, y: Array, others: Array) -> tuple[float, Effect]:
     left = float(residual @ residual)
     scores = x_rest * residual
     free = len(x) / (len(x) - others.shape[1] - 1)
-    ends = np.searchsorted(np.cumsum(weight), np.array([1.0, 2.0]) * total / 3.0)
-    parts = [slice(0, ends[0]), slice(ends[0], ends[1]), slice(ends[1], None)]
     sure = [abs_ratio(a, deviation(scores, free) / total) > SURE]
-    for part in parts:
-        inside = float(weight[part].sum())
-        a_part = float(x_rest[part] @ y_rest[part]) / max(inside, 1e-300)
+    for part in parts(weight, 3)[1:]:
+        inside = max(float(weight[part].sum()), 1e-300)
+        a_part = float(x_rest[part] @ y_rest[part]) / inside
         scores_part = x_rest[part] * (y_rest[part] - a * x_rest[part])
-        sure.append(a_part * a > 0.0 and abs_ratio(a_part, deviation(scores_part, free) / max(inside, 1e-300)) > SURE_PART)
+        sure.append(a_part * a > 0.0 and abs_ratio(a_part, deviation(scores_part, free) / inside) > SURE_PART)
     explained = 1.0 - left / whole if whole > 0.0 else 0.0
     decided = all(sure) and explained > EXPLAINED
     return left, Effect(int(np.sign(a)) if decided else 0, a, deviation(scores, free) / total, explained)
@@ -215,8 +204,7 @@ def tracked(command: Array, measured: Array, steady: Array, lags: Sequence[int])
     found = []
     for lag in lags:
         c, m, load = command[: len(command) - lag], measured[lag:], steady[lag:]
-        half = np.searchsorted(np.cumsum(c * c), 0.5 * float(c @ c))
-        found.append([likeness(c[part], m[part], load[part]) for part in (slice(None), slice(0, half), slice(half, None))])
+        found.append([likeness(c[part], m[part], load[part]) for part in parts(c * c)])
     alike, gain, beyond, same, error = np.moveaxis(np.array(found), 2, 0)
     known = (error.max(axis=1) < CLOSE_BY).any()
     if (alike > ALIKE).all() and (gain < LARGEST_GAIN).all() and (same > MOSTLY).all() and ((beyond > BEYOND).all() or known):
@@ -255,43 +243,11 @@ def driven(force: Array, u: Array, psi: Array, slow: float) -> int:
     if amount == 0.0 or abs(side) < ONE_SIDED * amount:
         return 0
     signs = []
-    half = len(u) // 2
-    for part in (slice(None), slice(0, half), slice(half, None)):
+    for part in parts(np.ones(len(u))):
         speed = math.copysign(1.0, side) * float(u[part].mean())
         same = float((np.sign(u[part]) == np.sign(u[part].mean())).mean())
         signs.append(int(math.copysign(1, speed)) if abs(speed) > carried(psi) + slow and same > ALWAYS else 0)
     return signs[0] if len(set(signs)) == 1 else 0
-
-
-ALIKE, LARGEST_GAIN = 0.6, 2.0
-"""Least likeness, a cosine, of a velocity and its command, and the largest ratio of them in loops that work."""
-
-BEYOND, LEAST_CHANGE = 0.5, 0.02
-"""Least likeness of what a steady load leaves of both, and least share of the command's square that it has to leave."""
-
-MOSTLY, LEAST_COMMAND = 0.8, 0.1
-"""Share of the time with a command for which both have one sign, and the share of its root mean square from which it is one."""
-
-CLOSE_BY = 0.5  # difference of velocity and command, relative to the velocity, below which no load explains it
-ONE_SIDED, ALWAYS = 0.95, 0.9  # shares of a force that has one sign, and of the time for which a boat goes the same way
-
-
-WRENCH, VELOCITY = {"force": "surge force", "moment": "yaw moment"}, {"u": "surge speed", "r": "yaw rate"}
-"""Columns of the forms of command, and what they are."""
-
-EFFECTS = (
-    ("ahead", "astern", "the drives are reversed, or x points astern"),
-    ("to port", "to starboard", "steering, port and starboard drives are exchanged, or the state is NED/FRD"),
-)
-
-SCALED, CLEAR = 8.0, 0.8
-"""How many times the effect of the declared inertia is a mistake, as lag, limits and a current account for less; and the share of
-the motion that a command must explain for that."""
-
-INERTIAS = ("surge_inertia", "yaw_inertia")
-
-DELAYS = (0.0, 0.5, 1.0, 2.0)  # times after which velocities follow their commands, s
-STEPWISE = 0.9  # share of the time for which a command is constant that a person or a pulse gives, and no law
 
 
 def judge_signs(connection: Connection, doubted: str = "") -> Iterator[Finding]:
@@ -302,7 +258,7 @@ def judge_signs(connection: Connection, doubted: str = "") -> Iterator[Finding]:
     if command is None or samples is None or not set(names) <= set(command.columns):
         return
     inertias = (math.nan, math.nan) if by_velocity else connection.inertias
-    recorded = record(samples, command, tuple(names), connection)
+    recorded = record(samples, command, [*names], connection)
     found = velocity_effect if by_velocity else wrench_effect
     for k, (what, (right, opposite, cause)) in enumerate(zip(names.values(), EFFECTS, strict=True)):
         about = f"sign of {what.split()[1]}"
@@ -337,29 +293,42 @@ def judge_size(what: str, found: Effect, inertia: float, name: str) -> Iterator[
 class Record(NamedTuple):
     """Motion and commands on one grid."""
 
-    poses: Array  # x, y and psi, (n, 3)
+    place: Complex  # x + i·y, (n,)
+    psi: Array  # (n,)
     commands: tuple[Array, Array]  # of surge and of yaw, (n,) each
     noises: tuple[float, float]  # standard deviations of a sample of the position, m, and of the heading, rad
     rate: float  # of the samples, Hz
     slow: tuple[float, float]  # speed and yaw rate below which nothing is concluded, m/s and rad/s
 
     def motion(self, k: int) -> Motion | None:
-        """The motion, smoothed until the noise of surge (0) or yaw (1) does not count; None if it always does."""
-        return least_smoothed(self.poses, self.noises[k], self.rate, k)
+        """The motion, smoothed until the noise of surge (0) or yaw (1) does not count; None if it always does.
+
+        Second differences of means of m samples over a width W have the variance 6·noise²/(m·W⁴).
+        """
+        for w in WIDTHS:
+            width = w * GRID
+            if len(self.psi) < LEAST_WIDTHS * w:
+                return None
+            if width * self.rate < 2.0:
+                continue
+            motion = smoothed(self.place, self.psi, w)
+            noise = math.sqrt(6.0 / (self.rate * width)) * self.noises[k] / width**2
+            if noise < NOISE_SHARE * float(np.std(motion.rates[k])):
+                return motion
+        return None
 
 
-def record(samples: Samples, command: Topic, names: tuple[str, ...], connection: Connection) -> Record:
-    """The motion and the commands of some names of a connection."""
-    t, motions = samples
+def record(samples: Samples, command: Topic, names: Sequence[str], connection: Connection) -> Record:
+    """The motion and the commands of two names of a connection."""
+    t = samples.times
     grid = np.arange(t[0], t[-1], GRID)
-    columns = *motions[:, :2].T, np.unwrap(motions[:, 2])
-    slow = SLOW_SPEED * math.sqrt(GRAVITY * connection.length)
     return Record(
-        np.column_stack([np.interp(grid, t, column) for column in columns]),
+        np.interp(grid, t, samples.place),
+        np.interp(grid, t, samples.psi),
         (held(command, names[0], grid), held(command, names[1], grid)),
         noises(samples, connection.noise),
         sample_rate(samples),
-        (slow, slow / connection.length),
+        slow(connection.length),
     )
 
 
@@ -376,18 +345,18 @@ def velocity_effect(recorded: Record, k: int) -> Effect:
     motion, command = recorded.motion(k), recorded.commands[k]
     if motion is None:
         return Effect(0)
-    velocity = motion.r if k else motion.u
+    velocity = motion.velocities[k]
     lags = [round(delay / GRID) for delay in DELAYS]
     if len(velocity) < 2 * lags[-1] or math.sqrt(float((velocity**2).mean())) < recorded.slow[k]:
         return Effect(0)
     constant = np.ones(len(velocity))
-    around = np.column_stack((np.cos(motion.psi), np.sin(motion.psi)))  # a steady current, along the hull
-    load = constant[:, None] if k else around
+    current = np.cos(motion.psi), np.sin(motion.psi)  # along the hull
+    load = np.column_stack((constant,) if k else current)
     found = tracked(smoothed_command(command, motion.width), velocity, load, lags)
     if found or float((np.diff(command) == 0.0).mean()) < STEPWISE:  # else it may follow from the motion
         return Effect(found)
-    rest = constant[:, None] if k else np.column_stack((constant, around))
-    return Effect(effect([command], motion.dr if k else motion.du, velocity, rest, motion.width).sign)
+    rest = np.column_stack((constant,) if k else (constant, *current))
+    return Effect(effect([command], motion.rates[k], velocity, rest, motion.width).sign)
 
 
 def wrench_effect(recorded: Record, k: int) -> Effect:
@@ -395,12 +364,12 @@ def wrench_effect(recorded: Record, k: int) -> Effect:
     motion = recorded.motion(k)
     if motion is None:
         return Effect(0)
-    u, v, r = motion.u, motion.v, motion.r
-    around = np.ones(len(u)), np.cos(motion.psi), np.sin(motion.psi)
-    if k:
-        return effect(recorded.commands[::-1], motion.dr, r, np.column_stack((*around, u * v, u * r)), motion.width)
-    found = effect(recorded.commands[:1], motion.du, u, np.column_stack((*around, v * r, r * r)), motion.width)
-    steady = driven(smoothed_command(recorded.commands[0], motion.width), u, motion.psi, recorded.slow[0])
+    u, v, r, psi = motion.hull.real, motion.hull.imag, motion.r, motion.psi
+    rest = np.column_stack((np.ones(len(r)), np.cos(psi), np.sin(psi), *((u * v, u * r) if k else (v * r, r * r))))
+    force, moment = recorded.commands
+    commands = (moment, force) if k else (force,)
+    found = effect(commands, motion.rates[k], motion.velocities[k], rest, motion.width)
+    steady = 0 if k else driven(smoothed_command(force, motion.width), u, psi, recorded.slow[0])
     if not steady:
         return found
     return found._replace(sign=steady if found.sign in (0, steady) else 0)

@@ -21,7 +21,8 @@ from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.quantities import number_of
-from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Role, Topic, clocks_differ, set_back, unusable
+from vessel_hsmc_ros.preflight.clocks import clocks_differ, set_back, unusable
+from vessel_hsmc_ros.preflight.connection import WRONG, Connection, Role, Topic
 from vessel_hsmc_ros.preflight.motion_rules import judge_motion
 from vessel_hsmc_ros.preflight.sign_rules import judge_signs
 from vessel_hsmc_ros.studies.identification.types import Measurements, require_rate
