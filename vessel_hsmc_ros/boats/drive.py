@@ -154,14 +154,8 @@ class DriveNode(PassingNode):
             conversions.write_wrench(message, stamp, (float(a), float(b) * p.steering_sign))
             self.send(self._outputs["normalised_wrench"], message)
         elif p.form == "cmd_vel":
-            twist = Twist()
-            twist.linear.x, twist.angular.z = float(a), float(b)
-            if p.stamped:
-                stamped = TwistStamped(twist=twist)
-                stamped.header.stamp, stamped.header.frame_id = stamp, conversions.BODY
-                self.send(self._outputs["cmd_vel"], self.framed(stamped))
-            else:
-                self.send(self._outputs["cmd_vel"], twist)
+            frame = p.frame_prefix + conversions.BODY
+            self.send(self._outputs["cmd_vel"], conversions.velocity_command((a, b), frame, stamp if p.stamped else None))
         else:
             self.send(self._outputs["throttle"], Float64(data=float(a)))
             self.send(self._outputs["steering"], Float64(data=float(b) * p.steering_sign))

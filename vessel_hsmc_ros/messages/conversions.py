@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from builtin_interfaces.msg import Time
-    from geometry_msgs.msg import AccelStamped, PoseStamped, WrenchStamped
+    from geometry_msgs.msg import AccelStamped, PoseStamped, Twist, TwistStamped, WrenchStamped
     from nav_msgs.msg import Odometry
     from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
@@ -194,6 +194,17 @@ def write_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float
 def write_body_wrench(message: WrenchStamped, stamp: Time, wrench: tuple[float, float, float]) -> None:
     """Write a wrench with a sway force into a message from `new_wrench`."""
     _write(message, stamp, BODY_WRENCH, wrench)
+
+
+def velocity_command(velocities: tuple[float, float], frame: str, stamp: Time | None) -> Twist | TwistStamped:
+    """A command of surge speed and yaw rate in a frame; without a stamp a Twist, which has no frame."""
+    twist = message_class("geometry_msgs/msg/Twist")()
+    twist.linear.x, twist.angular.z = map(float, velocities)
+    if stamp is None:
+        return twist
+    message = message_class("geometry_msgs/msg/TwistStamped")(twist=twist)
+    message.header.stamp, message.header.frame_id = stamp, frame
+    return message
 
 
 def read_odometry(message: Any) -> Motion:

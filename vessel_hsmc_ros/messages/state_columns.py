@@ -18,6 +18,7 @@ WRENCH = "geometry_msgs/msg/WrenchStamped"
 FIX, IMU, QUATERNION = "sensor_msgs/msg/NavSatFix", "sensor_msgs/msg/Imu", "geometry_msgs/msg/QuaternionStamped"
 NUMBER, PULSE = "std_msgs/msg/Float64", "std_msgs/msg/UInt16"
 REFERENCE, CONTROL_STATE = "vessel_hsmc_msgs/msg/ReferenceState", "vessel_hsmc_msgs/msg/ControlState"
+EVENT = "vessel_hsmc_msgs/msg/Event"
 
 
 def columns_of(kind: str, field: Field, child: bool = True) -> dict[str, Array]:
@@ -31,6 +32,8 @@ def columns_of(kind: str, field: Field, child: bool = True) -> dict[str, Array]:
             np.asarray(field("header.stamp.sec"), float) + np.asarray(field("header.stamp.nanosec"), float) / NANOSECONDS
         )
         found["frame"] = np.asarray(field("header.frame_id"), dtype=object)
+    if kind == EVENT:
+        found["kind"] = np.asarray(field("kind"), dtype=object)
     if kind == ODOMETRY and child:
         found["child"] = np.asarray(field("child_frame_id"), dtype=object)
     if kind in _POSES:
@@ -65,7 +68,7 @@ _NUMBERS = {
     CONTROL_STATE: {"operation": "operation", "reason": "reason"},
 }
 
-KNOWN = (*_STAMPED, TWIST, NUMBER, PULSE)  # the types of which columns are made
+KNOWN = (*_STAMPED, TWIST, NUMBER, PULSE, EVENT)  # the types of which columns are made
 
 
 def _pose(field: Field, prefix: str) -> dict[str, Array]:

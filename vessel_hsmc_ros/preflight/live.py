@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from vessel_hsmc_msgs.msg import ControlState, Event
 
 from vessel_hsmc_ros.boats.parameters import Interface
-from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.timing import NANOSECONDS
@@ -27,7 +25,7 @@ from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.commands import NO_COMMAND
 from vessel_hsmc_ros.nodes.remote import Remote, get_parameters
 from vessel_hsmc_ros.preflight.connection import Connection, Endpoint, Role, Topic
-from vessel_hsmc_ros.preflight.expected import Names, connection_of, values_of
+from vessel_hsmc_ros.preflight.expected import Names, connection_of, exercised, values_of
 from vessel_hsmc_ros.preflight.failsafe_rules import SILENCE, autopilot_of
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
@@ -35,6 +33,7 @@ OWN = ("controller", "drive", "navsat_odom")  # the nodes whose topics make a co
 SETTLED, GRAPH_LIMIT = 0.7, 5.0
 """Time without a change after which the ROS graph counts as complete, and the longest wait for that, s."""
 
+STATE = "controller/state"
 COLLECTED = qos.profile(500, reliable=False)
 
 PULSE, PAUSE, PULSE_RATE = 2.0, 2.0, 20.0  # length of a pulse and of the pause after it, s, and the rate of its commands, Hz
@@ -49,9 +48,6 @@ class LiveConnection:
     def __init__(self, remote: Remote, stack: Interface | None = None) -> None:
         self._remote, self._stack = remote, stack
         self._received: dict[str, list[tuple[float, Any]]] = {}
-        self._events: dict[str, None] = {}
-        self._reasons: set[int] = set()
-        self._operation = ControlState.STANDBY
         self._statuses: dict[str, tuple[bytes, str]] = {}
         self._failsafes: dict[str, str] = {}
         remote.until(self._settled(), GRAPH_LIMIT)
@@ -112,16 +108,14 @@ class LiveConnection:
             if role.topic not in self._received:
                 self._received[role.topic] = []
                 node.create_subscription(message_class(role.kinds[0]), role.topic, partial(self._keep, role.topic), COLLECTED)
-        node.create_subscription(Event, self._remote.name(EVENTS), lambda m: self._events.update({m.kind: None}), qos.EVENTS)
-        node.create_subscription(ControlState, self._remote.name("controller/state"), self._on_state, COLLECTED)
+        for kind, own, profile in ((Event, EVENTS, qos.EVENTS), (ControlState, STATE, COLLECTED)):
+            topic = self._remote.name(own)
+            self._received[topic] = []
+            node.create_subscription(kind, topic, partial(self._keep, topic), profile)
         node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, COLLECTED)
 
     def _keep(self, topic: str, message: Any) -> None:
         self._received[topic].append((self._remote.node.get_clock().now().nanoseconds / NANOSECONDS, message))
-
-    def _on_state(self, message: ControlState) -> None:
-        self._reasons.add(message.reason)
-        self._operation = message.operation
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         prefix = self._remote.name("").strip("/")
@@ -191,24 +185,17 @@ class LiveConnection:
 
     def _sender(self, publisher: Any, role: Role) -> Callable[[tuple[float, float]], None]:
         """What publishes a command as a message of the topic's type."""
-        prefix = str(self._values["drive" if self._by_velocity else "controller"]["frame_prefix"])
+        frame = str(self._values["drive" if self._by_velocity else "controller"]["frame_prefix"]) + conversions.BODY
 
         def send(command: tuple[float, float]) -> None:
             stamp = self._remote.node.get_clock().now().to_msg()
-            if not self._by_velocity:
+            if self._by_velocity:
+                message = conversions.velocity_command(command, frame, None if role.kinds[0] == types.TWIST else stamp)
+            else:
                 message = conversions.new_wrench()
                 conversions.write_wrench(message, stamp, command)
-                message.header.frame_id = prefix + conversions.BODY
-                publisher.publish(message)
-                return
-            twist = Twist()
-            twist.linear.x, twist.angular.z = command
-            if role.kinds[0] == types.TWIST:
-                publisher.publish(twist)
-                return
-            stamped = TwistStamped(twist=twist)
-            stamped.header.stamp, stamped.header.frame_id = stamp, prefix + conversions.BODY
-            publisher.publish(stamped)
+                message.header.frame_id = frame
+            publisher.publish(message)
 
         return send
 
@@ -226,8 +213,7 @@ class LiveConnection:
             self._names,
             topics=topics,
             simulated=self._simulated,
-            events=tuple(self._events),
-            reasons=tuple(reason.name for reason in Reason if int(reason) in self._reasons),
+            **exercised(topics),
             autopilot=autopilot_of(self._connecting, self._failsafes),
             statuses=self._problems(),
         )
@@ -238,7 +224,8 @@ class LiveConnection:
     def _problems(self) -> dict[str, tuple[str, str]]:
         """Level and text of what the nodes report; in standby, or without a controller, no command is as it must be."""
         levels = {DiagnosticStatus.WARN: "warning", DiagnosticStatus.ERROR: "error"}
-        waits = self._operation == ControlState.STANDBY
+        states = self._received.get(self._remote.name(STATE))
+        waits = not states or states[-1][1].operation == ControlState.STANDBY
         found = {name: (levels[level], text) for name, (level, text) in self._statuses.items() if level in levels}
         return {name: (level, text) for name, (level, text) in found.items() if not (waits and NO_COMMAND in text)}
 

@@ -160,9 +160,9 @@ def test_no_pulse_of_velocities_beside_a_controller(bench: Any) -> None:
 )
 def test_a_drive_that_waits_for_a_controller_in_standby_is_nothing_to_do(operation: int, named: bool) -> None:
     made = LiveConnection.__new__(LiveConnection)
-    made._reasons = set()
+    made._remote = SimpleNamespace(name=lambda relative: f"/{relative}")  # type: ignore[assignment] # stands for it
+    made._received = {"/controller/state": [(0.0, ControlState(operation=operation))]}
     made._statuses = {"drive": (b"\1", "command: no recent command on /cmd_wrench"), "navsat_odom": (b"\1", "no fix")}
-    made._on_state(ControlState(operation=operation))
     assert ("drive" in made._problems()) is named
     assert "navsat_odom" in made._problems()
 
