@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from browser import NEEDED, browser
 
 from vessel_hsmc_ros.core.exceptions import ReportError
 from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
@@ -44,3 +45,14 @@ def test_a_comparison_that_cannot_be_written_is_an_error_of_its_folder(tmp_path:
     (tmp_path / "figures").write_text("a file")
     with pytest.raises(ReportError, match=rf"^results in {re.escape(str(tmp_path))} cannot be written: File exists$"):
         comparison.write(tmp_path, [])
+
+
+@NEEDED
+def test_long_names_do_not_widen_a_page(tmp_path: Path) -> None:
+    name = "runs/" + "20260101T000000_survey_of_the_harbour" * 4
+    table = Section(name, name, ["name", "error"], [[name, "1 m"]])
+    page = tmp_path / "page.html"
+    page.write_text(render_sections(name, [name], [table], [name]), encoding="utf-8")
+    with browser() as tab:
+        tab.open(page, 400)
+        assert tab.run("return document.documentElement.scrollWidth") <= 400
