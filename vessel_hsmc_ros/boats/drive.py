@@ -54,8 +54,7 @@ class DriveNode(PassingNode):
             topics = [f"thrusters/{name}/thrust" for name in p.pwm.thrusters]
             self._input = UnstampedInput(self, Float64, topics, p.command_timeout)
         else:
-            self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
-            self.listen(WrenchStamped, "cmd_wrench", self._input.take, qos.NEWEST)
+            self._input = self.take_wrench()
         self._state: ControlState | None = None
         self._command: tuple[float, ...] = (0.0,) * (len(p.pwm.thrusters) if p.form == "pwm" else 2)
         self._latch = StopLatch(self, "the output", self._send_zero)

@@ -6,14 +6,11 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from geometry_msgs.msg import WrenchStamped
-from nav_msgs.msg import Odometry
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
 from vessel_hsmc_ros.boats.autopilot import (
     MODE_NAMES,
     Attitude,
-    BootClock,
-    Handover,
     ParameterReader,
     Position,
     Pulses,
@@ -24,12 +21,11 @@ from vessel_hsmc_ros.boats.autopilot import (
 )
 from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
 from vessel_hsmc_ros.boats.parameters import MavlinkParameters
-from vessel_hsmc_ros.boats.takeover import PassingNode, StopLatch, Takeover
-from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.boats.takeover import AutopilotNode
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, OK, DiagnosticTask
-from vessel_hsmc_ros.nodes.odometry_output import datum_publisher, transform_publisher
+from vessel_hsmc_ros.nodes.odometry_output import datum_publisher
 
 POLL_PERIOD = 0.01  # time between two looks at the connection, s: well below the 0.1 s within which a takeover has its effect
 REPEAT = 2.0  # time after which a message that does not come is requested again, s
@@ -38,7 +34,7 @@ NEEDED = ("HEARTBEAT", "LOCAL_POSITION_NED", "ATTITUDE")
 SLOW_STREAM_RATE = 5.0  # rate at which the messages are requested that are no part of the motion, Hz
 
 
-class MavlinkNode(PassingNode):
+class MavlinkNode(AutopilotNode):
     """Publishes odometry from an autopilot's position and attitude, and passes commands on while it is ready for them.
 
     It takes commands of a controller that is not in standby, while the autopilot is armed, in the mode of the form, without a
@@ -59,10 +55,8 @@ class MavlinkNode(PassingNode):
         super().__init__(**options)
         p = self.parameters
         self._link = Link(p.connection, p.baud, p.system_id, p.target_system)
-        self._handover: Handover = Handover(p.mode_number, p.heartbeat_timeout, MODE_NAMES)
         self._sticks = Sticks([int(c) for c in p.stick_channels], p.stick_threshold)
         self._pulses = Pulses(*p.pulses)
-        self._boot = BootClock()
         self._failsafes = ParameterReader()
         self._attitude: Attitude | None = None
         self._last: dict[str, float] = {}
@@ -72,6 +66,7 @@ class MavlinkNode(PassingNode):
         self._filter = ""
         self._command: tuple[float, ...] = ()
         self._zeros, self._releases = LAST_COMMANDS, 0
+        self.connect(p.mode_number, MODE_NAMES, p.stream_rate or SLOW_STREAM_RATE)
         self._create_topics()
         self.create_timer(POLL_PERIOD, self._poll, clock=self.wall)
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
@@ -79,17 +74,11 @@ class MavlinkNode(PassingNode):
 
     def _create_topics(self) -> None:
         p = self.parameters
-        self._odometry = self.framed(conversions.new_odometry())
-        self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, p.stream_rate or SLOW_STREAM_RATE))
-        self.connections.allow_one_publisher("odom")
-        self._publish_transform = transform_publisher(self)
-        self._state_datum = datum_publisher(self, self._odometry.header.frame_id)
+        self._state_datum = datum_publisher(self, self._odometry.message.header.frame_id)
         self._applied = self.framed(conversions.new_wrench())
         self._applied_out = self.advertise(WrenchStamped, "applied_wrench", qos.data(False)) if p.servos else None
         self._commands = Commands(self, self._link, self._sticks)
         self._input = self._commands.input
-        self._takeover = Takeover(self, self._handover, self._give_back, self._sticks.rest)
-        self._latch = StopLatch(self, "the output", self._give_back)
 
     def describe(self) -> str:
         """The connection, the form and its mode."""
@@ -122,20 +111,17 @@ class MavlinkNode(PassingNode):
         if all(map(math.isfinite, values)):
             self._attitude = Attitude(m.time_boot_ms * 1e-3, *values)
 
-    def _on_position(self, m: Any, now: float) -> None:
+    def _on_position(self, m: Any, _: float) -> None:
         position = Position(m.time_boot_ms * 1e-3, m.x, m.y, m.vx, m.vy)
-        reboots = self._boot.reboots
-        stamp = self.now() - round(self._boot.age(position.time, now) * NANOSECONDS)
-        if self._boot.reboots > reboots:
-            self._attitude = None
-            self._handover.take_over("the autopilot has been restarted")
+        stamp = self.sampled(position.time)
         if reason := self._unusable(position):
             self.refuse(f"no odometry: {reason}")
             return
-        state = motion(position, self._attitude)  # type: ignore[arg-type] # there is one: otherwise unusable
-        conversions.write_odometry(self._odometry, conversions.time_message(stamp), state)
-        self.send(self._odometry_out, self._odometry)
-        self._publish_transform(self._odometry)
+        self._odometry.publish(stamp, motion(position, self._attitude))  # type: ignore[arg-type] # there is one: else unusable
+
+    def restarted(self) -> None:
+        """Forget the attitude, which was of another time."""
+        self._attitude = None
 
     def _unusable(self, position: Position) -> str:
         """Why a position makes no odometry; empty if it does."""
@@ -237,7 +223,11 @@ class MavlinkNode(PassingNode):
 
     # -- takeover -----------------------------------------------------------------------------------------------------
 
-    def _give_back(self) -> None:
+    def rest(self) -> None:
+        """Forget the positions of the sticks."""
+        self._sticks.rest()
+
+    def end(self) -> None:
         """Send zero and give the channels back to the radio; `_on_timer` sends the end again, as a packet may be lost."""
         self._latch.share, self._zeros, self._releases = 0.0, LAST_COMMANDS, LAST_COMMANDS - 1
         self._commands.send(self._commands.nothing)
@@ -258,7 +248,7 @@ class MavlinkNode(PassingNode):
             self._zeros += 1
             self._commands.send(self._commands.nothing)
             if self._zeros == LAST_COMMANDS:
-                self._give_back()
+                self.end()
         elif self._releases:
             self._releases -= 1
             self._commands.end()
@@ -269,7 +259,7 @@ class MavlinkNode(PassingNode):
         """Leave the autopilot without a command: zero, several times, and the channels given back."""
         if self._zeros < LAST_COMMANDS or self._latch.share or self._releases:
             for _ in range(LAST_COMMANDS):
-                self._give_back()
+                self.end()
         super().close()
         self._link.close()
 

@@ -5,17 +5,16 @@ import time
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from geometry_msgs.msg import TwistStamped, WrenchStamped
+from geometry_msgs.msg import TwistStamped
 from pymavlink import mavutil
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from std_msgs.msg import Float64
 
 from vessel_hsmc_ros.boats.autopilot import RELEASED, YAW_RATE_AND_THRUST, Pulses, Sticks, axes, axis_width, overrides
+from vessel_hsmc_ros.boats.takeover import PassingNode
 from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.kernel import clip
-from vessel_hsmc_ros.nodes import qos
-from vessel_hsmc_ros.nodes.base import VesselNode
-from vessel_hsmc_ros.nodes.commands import CommandInput, UnstampedInput, finite
+from vessel_hsmc_ros.nodes.commands import UnstampedInput, finite
 
 MOST_MESSAGES = 500  # messages that are read at a time: a flood must not keep the node from its other work
 AUTOPILOT = mavlink.MAV_COMP_ID_AUTOPILOT1
@@ -129,7 +128,7 @@ class Commands:
     yaw rate, rad/s. `sticks`: takes what is sent for channels of the radio.
     """
 
-    def __init__(self, node: VesselNode, link: Link, sticks: Sticks) -> None:
+    def __init__(self, node: PassingNode, link: Link, sticks: Sticks) -> None:
         p = node.parameters
         self._node, self._link, self._sticks, self._refuse = node, link, sticks, node.refuse
         self._pulses = Pulses(*p.pulses)
@@ -137,8 +136,7 @@ class Commands:
         self.nothing: Shares = (0.0,) * (len(self._thrusters) or 2)
         self.input: Any  # a CommandInput or an UnstampedInput
         if p.form == "manual":
-            self.input = CommandInput(node, "cmd_wrench", p.command_timeout)
-            node.listen(WrenchStamped, "cmd_wrench", self.input.take, qos.NEWEST)
+            self.input = node.take_wrench()
         elif p.form == "guided":
             self.input = UnstampedInput(
                 node, TwistStamped, ["cmd_vel"], p.command_timeout, lambda m: (m.twist.linear.x, m.twist.angular.z)

@@ -5,7 +5,6 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import QuaternionStamped, TwistStamped
-from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
@@ -16,7 +15,7 @@ from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.epochs import Epochs
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
-from vessel_hsmc_ros.nodes.odometry_output import datum_publisher, transform_publisher
+from vessel_hsmc_ros.nodes.odometry_output import OdometryOutput, datum_publisher
 
 RATE = 10.0  # rate of fixes that the deadline of the odometry is offered for, Hz
 EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading"}
@@ -62,14 +61,9 @@ class NavsatOdometryNode(VesselNode):
         self._epochs: Epochs[NavSatFix] = Epochs(round(p.timeout * NANOSECONDS))
         self._velocity: tuple[int, float, float] | None = None
         self._course: tuple[int, float] | None = None
-        self._fixes = self._published = 0
-        self._odometry = conversions.new_odometry()
-        self._odometry.header.frame_id = p.frame
-        self._odometry = self.framed(self._odometry)
-        self._out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
-        self.connections.allow_one_publisher("odom")
-        self._publish_transform = transform_publisher(self)
-        self._state_datum = datum_publisher(self, self._odometry.header.frame_id)
+        self._fixes = 0
+        self._odometry = OdometryOutput(self, RATE, p.frame)
+        self._state_datum = datum_publisher(self, self._odometry.message.header.frame_id)
         if p.datum:
             self._state_datum(*p.datum)
         self._subscribe(p.heading, p.velocity)
@@ -254,14 +248,10 @@ class NavsatOdometryNode(VesselNode):
         motion = in_body_frame(over_ground)
         if self._velocity is not None:  # that of the antenna is that of the origin and of the turn
             motion = motion._replace(u=motion.u + heading.r * port, v=motion.v - heading.r * ahead)
-        sampled = conversions.time_message(conversions.nanoseconds(fix.header.stamp))
-        conversions.write_odometry(self._odometry, sampled, motion)
         covariance = fix.position_covariance if fix.position_covariance_type else [0.0] * 9
         for k, number in ((0, 0), (7, 4)):
-            self._odometry.pose.covariance[k] = float(covariance[number])
-        self.send(self._out, self._odometry)
-        self._publish_transform(self._odometry)
-        self._published += 1
+            self._odometry.message.pose.covariance[k] = float(covariance[number])
+        self._odometry.publish(conversions.nanoseconds(fix.header.stamp), motion)
 
     def _velocity_at(self, stamp: int) -> tuple[float, float]:
         """Velocity to the east and to the north; zero if none is measured."""
@@ -304,7 +294,7 @@ class NavsatOdometryNode(VesselNode):
 
     def status(self) -> tuple[bytes, str, dict[str, Any]]:
         """Numbers of fixes and of published odometry, and what is missing."""
-        values: dict[str, Any] = {"fixes": self._fixes, "published": self._published}
+        values: dict[str, Any] = {"fixes": self._fixes, "published": self._odometry.published}
         if self._plane is not None:
             values |= {"datum_latitude": self._plane.latitude, "datum_longitude": self._plane.longitude}
         if self.problem.current:

@@ -4,21 +4,16 @@ import math
 import time
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
-from nav_msgs.msg import Odometry
 from px4_msgs.msg import OffboardControlMode, RoverSteeringSetpoint, RoverThrottleSetpoint, VehicleOdometry, VehicleStatus
 
 from vessel_hsmc_ros.boats import autopilot as px4
-from vessel_hsmc_ros.boats.autopilot import FAILSAFE, BootClock, Handover
+from vessel_hsmc_ros.boats.autopilot import FAILSAFE
 from vessel_hsmc_ros.boats.parameters import Px4Parameters
-from vessel_hsmc_ros.boats.takeover import PassingNode, StopLatch, Takeover
+from vessel_hsmc_ros.boats.takeover import AutopilotNode
 from vessel_hsmc_ros.core.kernel import clip
-from vessel_hsmc_ros.core.timing import NANOSECONDS
-from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
-from vessel_hsmc_ros.nodes.commands import CommandInput, finite
-from vessel_hsmc_ros.nodes.odometry_output import transform_publisher
+from vessel_hsmc_ros.nodes.commands import finite
 
 RATE = 50.0  # rate of VehicleOdometry that the deadline of the odometry is offered for, Hz
 MICROSECOND = 1000  # in nanoseconds, the unit of time here; PX4 counts in microseconds
@@ -28,7 +23,7 @@ STEERING = ("normalized_steering_setpoint", "normalized_speed_diff")
 """The fields of RoverSteeringSetpoint, of which each version of PX4 has one: 1.17 and later, 1.16."""
 
 
-class Px4Node(PassingNode):
+class Px4Node(AutopilotNode):
     """Publishes odometry from PX4's estimate, and passes commands on while PX4 is ready for them.
 
     OffboardControlMode is streamed from the start, because PX4 needs it before Offboard can be selected, and its end is what PX4
@@ -51,20 +46,14 @@ class Px4Node(PassingNode):
         super().__init__(**options)
         p = self.parameters
         modes = {getattr(VehicleStatus, n): n.removeprefix(MODE_PREFIX) for n in dir(VehicleStatus) if n.startswith(MODE_PREFIX)}
-        self._handover: Handover = Handover(px4.OFFBOARD, p.heartbeat_timeout, modes)
-        self._boot = BootClock()
-        self._mode, self._heard, self._resets = -1, -math.inf, -1
-        self._received = self._published = 0
+        self._mode, self._heard, self._resets, self._received = -1, -math.inf, -1, 0
         self._command = (0.0, 0.0)
-        self._input = CommandInput(self, "cmd_wrench", p.command_timeout)
+        self._input = self.take_wrench()
+        self.connect(px4.OFFBOARD, modes, RATE)
         self._create_topics()
         self.create_timer(1.0 / p.rate_hz, self._on_timer, clock=self.wall)
 
     def _create_topics(self) -> None:
-        self._odometry = self.framed(conversions.new_odometry())
-        self._odometry_out = self.advertise(Odometry, "odom", qos.offered(False, RATE))
-        self.connections.allow_one_publisher("odom")
-        self._publish_transform = transform_publisher(self)
         stream = qos.data(False)
         self._mode_out = self.advertise(OffboardControlMode, "fmu/in/offboard_control_mode", stream)
         self._throttle_out = self.advertise(RoverThrottleSetpoint, "fmu/in/rover_throttle_setpoint", stream)
@@ -72,9 +61,6 @@ class Px4Node(PassingNode):
         self._steering = next(name for name in STEERING if hasattr(RoverSteeringSetpoint, name))
         self.listen(VehicleOdometry, "fmu/out/vehicle_odometry", self._on_odometry, qos.NEWEST)
         self.listen(VehicleStatus, "fmu/out/vehicle_status", self._on_status, qos.NEWEST)
-        self.listen(WrenchStamped, "cmd_wrench", self._input.take, qos.NEWEST)
-        self._takeover = Takeover(self, self._handover, self._send_zero, lambda: None)
-        self._latch = StopLatch(self, "the output", self._send_zero)
 
     def describe(self) -> str:
         """The limits and the times."""
@@ -91,12 +77,7 @@ class Px4Node(PassingNode):
     def _on_odometry(self, message: Any) -> None:
         """Publish the motion, with the time of this computer: PX4's may count from its start, or by another clock."""
         self._received += 1
-        reboots = self._boot.reboots
-        age = self._boot.age((message.timestamp_sample or message.timestamp) * 1e-6, time.monotonic())
-        stamp = self.now() - round(age * NANOSECONDS)
-        if self._boot.reboots > reboots:
-            self._handover.take_over("the autopilot has been restarted, or has set its clock back")
-            self._takeover.act()
+        stamp = self.sampled((message.timestamp_sample or message.timestamp) * 1e-6)
         if problem := px4.problem(message):
             self.refuse(f"no odometry: VehicleOdometry: {problem}")
             return
@@ -104,11 +85,7 @@ class Px4Node(PassingNode):
             if self._resets >= 0:
                 self.get_logger().warning("the estimator of PX4 has been reset: position or heading may have jumped")
             self._resets = message.reset_counter
-        motion = px4.motion_of(message)
-        conversions.write_odometry(self._odometry, conversions.time_message(stamp), motion)
-        self.send(self._odometry_out, self._odometry)
-        self._publish_transform(self._odometry)
-        self._published += 1
+        self._odometry.publish(stamp, px4.motion_of(message))
 
     def _on_timer(self) -> None:
         now, p = time.monotonic(), self.parameters
@@ -122,7 +99,8 @@ class Px4Node(PassingNode):
         share = self._latch.update(wrench is not None, allowed)
         self._send(share * self._command[0], share * self._command[1])
 
-    def _send_zero(self) -> None:
+    def end(self) -> None:
+        """Send zero."""
         self._send(0.0, 0.0)
 
     def _send(self, throttle: float, to_port: float) -> None:
@@ -144,12 +122,12 @@ class Px4Node(PassingNode):
         """Leave the autopilot with zero, several times; it ends Offboard by its own time-out."""
         if self.connected:
             for _ in range(LAST_COMMANDS):
-                self._send_zero()
+                self.end()
         super().close()
 
     def values(self) -> dict[str, Any]:
         """The number of odometry messages."""
-        return {"odometry": self._published}
+        return {"odometry": self._odometry.published}
 
     def awaited(self) -> str:
         """The topic of PX4 on which nothing has come."""

@@ -2,16 +2,20 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
+from geometry_msgs.msg import WrenchStamped
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState
 
-from vessel_hsmc_ros.boats.autopilot import Handover
+from vessel_hsmc_ros.boats.autopilot import BootClock, Handover
 from vessel_hsmc_ros.core.kernel import between
+from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, DiagnosticTask, VesselNode
+from vessel_hsmc_ros.nodes.commands import CommandInput
+from vessel_hsmc_ros.nodes.odometry_output import OdometryOutput
 
 
 class StopLatch:
@@ -99,7 +103,6 @@ class PassingNode(VesselNode):
 
     _latch: StopLatch
     _input: Any = None  # the command where it has a report of its own
-    _handover: Handover | None = None  # that of an autopilot
 
     def values(self) -> dict[str, Any]:
         """What the status tells besides."""
@@ -108,6 +111,12 @@ class PassingNode(VesselNode):
     def awaited(self) -> str:
         """What is waited for; empty if nothing is."""
         return ""
+
+    def take_wrench(self) -> Any:
+        """Listen to cmd_wrench."""
+        taken: Any = CommandInput(self, "cmd_wrench", self.parameters.command_timeout)
+        self.listen(WrenchStamped, "cmd_wrench", taken.take, qos.NEWEST)
+        return taken
 
     def retune(self, parameters: Any) -> None:
         """Take a changed time-out."""
@@ -127,12 +136,47 @@ class PassingNode(VesselNode):
         return OK, "passing commands on" if latch.share == 1.0 else "the output is zero or on its way", values
 
     def diagnostic_tasks(self) -> list[DiagnosticTask]:
-        """The status, that of the autopilot, and that of the commands."""
+        """The status, and that of the commands."""
         tasks = super().diagnostic_tasks()
-        if self._handover is not None:
-            waits = self._handover.taken or self._handover.waits(time.monotonic())
-            tasks.append(DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}))
         if self._input is not None:
             level, text = self._input.problem() or (OK, "fresh")
             tasks.append(DiagnosticTask("command", level, text, self._input.values()))
         return tasks
+
+
+class AutopilotNode(PassingNode):
+    """A node that passes commands on to an autopilot while that is ready for them, and makes odometry of its messages."""
+
+    def connect(self, mode: int, modes: Mapping[int, str], rate: float) -> None:
+        """Offer the odometry at a rate, Hz, and wait for the autopilot to be in the mode of commands, a number of `modes`."""
+        self._boot = BootClock()
+        self._handover = Handover(mode, self.parameters.heartbeat_timeout, modes)
+        self._odometry = OdometryOutput(self, rate)
+        self._takeover = Takeover(self, self._handover, self.end, self.rest)
+        self._latch = StopLatch(self, "the output", self.end)
+
+    def end(self) -> None:
+        """End the commands at once."""
+        raise NotImplementedError
+
+    def rest(self) -> None:
+        """Called while the controller is in standby."""
+
+    def restarted(self) -> None:
+        """Called when the autopilot has been restarted."""
+
+    def sampled(self, stamp: float) -> int:
+        """The time here, ns, of a message that the autopilot stamped at a time of its own, s; its restart is a takeover."""
+        reboots = self._boot.reboots
+        age = self._boot.age(stamp, time.monotonic())
+        if self._boot.reboots > reboots:
+            self.restarted()
+            self._handover.take_over("the autopilot has been restarted, or has set its clock back")
+            self._takeover.act()
+        return self.now() - round(age * NANOSECONDS)
+
+    def diagnostic_tasks(self) -> list[DiagnosticTask]:
+        """The status, what the autopilot lacks, and that of the commands."""
+        own, *others = super().diagnostic_tasks()
+        waits = self._handover.taken or self._handover.waits(time.monotonic())
+        return [own, DiagnosticTask("autopilot", WARN if waits else OK, waits or "ready", {}), *others]

@@ -1,4 +1,4 @@
-"""What goes with the odometry of a node: its pose as a transform on /tf (REP-105), and its datum."""
+"""The odometry of a node, with its pose as a transform on /tf (REP-105), and its datum."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -9,6 +9,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import NavSatFix
 
 from vessel_hsmc_ros.core.exceptions import InstallationError
+from vessel_hsmc_ros.core.kinematics import Motion
+from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import VesselNode
@@ -48,3 +50,31 @@ def datum_publisher(node: Any, frame: str) -> Callable[[float, float], None]:
         publisher.publish(message)
 
     return publish
+
+
+class OdometryOutput:
+    """The odometry of a node in real time, on `odom`, with its transform; no other node may publish it.
+
+    `rate`: that its deadline is offered for, Hz. `frame`: of the poses, without the prefix.
+
+    Attributes:
+        message: What is published; its covariances are those of the last motion.
+        published: Number of messages.
+    """
+
+    def __init__(self, node: VesselNode, rate: float, frame: str = conversions.WORLD) -> None:
+        self._node = node
+        self.message = conversions.new_odometry()
+        self.message.header.frame_id = frame
+        node.framed(self.message)
+        self.published = 0
+        self._publisher = node.advertise(Odometry, "odom", qos.offered(False, rate))
+        node.connections.allow_one_publisher("odom")
+        self._publish_transform = transform_publisher(node)
+
+    def publish(self, stamp: int, motion: Motion) -> None:
+        """Publish a motion of a time, ns."""
+        conversions.write_odometry(self.message, conversions.time_message(stamp), motion)
+        self._node.send(self._publisher, self.message)
+        self._publish_transform(self.message)
+        self.published += 1

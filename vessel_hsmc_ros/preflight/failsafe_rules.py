@@ -15,13 +15,20 @@ Verdict = tuple[str, str]  # a level, and what the value means and what to set
 HOLD, HOME = "the boat stops in HOLD", "it sails home by itself: keep the way clear"
 STICKS = "a person must have the sticks in hand then: set 5 (Hold) or 7 (disarmed)"
 LAND = "Land mode, which a boat does not have: set"
+ACTIONS = f"""1 3 ok: {HOME}
+  2 ok: {HOLD}
+  4 ok: {HOME}, or stops in HOLD"""
+MODES = f"""1 ok: Hold
+  2 ok: {HOME}
+  3 todo: {LAND} 1 (Hold)
+  5 ok: outputs off
+  6 ok: disarmed"""
+"""What most actions of ArduPilot, and of PX4, have in common."""
 
 ARDUPILOT_RULES = f"""
 FS_ACTION: what a lost radio or ground station leads to
   0 wrong: nothing, so that neither stops the boat: set 2 (HOLD)
-  1 3 ok: {HOME}
-  2 ok: {HOLD}
-  4 ok: {HOME}, or stops in HOLD
+  {ACTIONS}
 FS_TIMEOUT: time, s, until a failsafe acts
   <=0 todo: at once, by a single lost packet: set 1.5
   >5 todo: the boat goes on so long: set 1.5
@@ -55,9 +62,7 @@ FENCE_ENABLE: fence of the autopilot
   1 ok: on
 FENCE_ACTION with FENCE_ENABLE: what a crossed fence leads to
   0 wrong: a report alone: set 2 (HOLD)
-  1 3 ok: {HOME}
-  2 ok: {HOLD}
-  4 ok: {HOME}, or stops in HOLD
+  {ACTIONS}
   5 ok: it is disarmed
 FENCE_TYPE with FENCE_ENABLE: kinds of fences that count
   &6 ok: circle or polygons
@@ -81,9 +86,7 @@ BATT_MONITOR: kind of battery monitor
   else ok: there is one
 BATT_FS_LOW_ACT with BATT_MONITOR: what a low battery leads to
   0 todo: nothing: set 1 (RTL) while there is charge for the way home, or 2 (HOLD)
-  1 3 ok: {HOME}
-  2 ok: {HOLD}
-  4 ok: {HOME}, or stops in HOLD
+  {ACTIONS}
   5 ok: it is disarmed, and drifts
 BATT_LOW_VOLT with BATT_MONITOR: voltage below which the battery counts as low
 """
@@ -103,21 +106,13 @@ COM_OBL_RC_ACT: what the loss of this computer leads to
   7 ok: disarmed
 NAV_RCL_ACT: what a lost radio leads to
   0 wrong: nothing: a boat out of reach of its radio goes on: set 1 (Hold)
-  1 ok: Hold
-  2 ok: {HOME}
-  3 todo: {LAND} 1 (Hold)
-  5 ok: outputs off
-  6 ok: disarmed
+  {MODES}
 COM_RCL_EXCEPT: modes in which a lost radio does not count
   &4 wrong: Offboard is one of them: clear bit 2
   else ok: Offboard is none of them
 NAV_DLL_ACT: what a lost ground station leads to
   0 todo: nothing: set 1 (Hold) if one watches the boat
-  1 ok: Hold
-  2 ok: {HOME}
-  3 todo: {LAND} 1 (Hold)
-  5 ok: outputs off
-  6 ok: disarmed
+  {MODES}
 GF_ACTION: what a crossed fence leads to
   0 todo: nothing: set 2 (Hold)
   1 todo: a warning alone: set 2 (Hold)
