@@ -100,7 +100,7 @@ class DriveNode(PassingNode):
             least, most = min(self._curve.thrusts[0], 0.0), max(self._curve.thrusts[-1], 0.0)
             return tuple(between(thrust, least, most) for thrust in wrench)
         if p.form != "cmd_vel":
-            return clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0)
+            return p.shares(wrench)
         return self._velocity((wrench[0], wrench[1]))
 
     def _velocity(self, wrench: Command) -> Command | None:

@@ -151,7 +151,8 @@ class Commands:
         if values is None:
             return None
         if p.form == "manual":
-            return clip(values[0] / p.surge_force_limit, 1.0), clip(values[1] / p.yaw_moment_limit, 1.0)
+            shares: Shares = p.shares(values)
+            return shares
         if p.form == "guided":
             return clip(values[0] / p.cruise_speed, 1.0), values[1]
         return tuple(

@@ -19,10 +19,11 @@ from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.hull import NamedVessel
 from vessel_hsmc_ros.core.install_paths import share_directory
+from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.core.schema import group, parameter, suggestion
 from vessel_hsmc_ros.core.thruster_layout import FIXED, HIGHEST, LOWEST, ThrustCurve, ThrusterLayout, thrust_curve
-from vessel_hsmc_ros.scenario.parameter_groups import CommonParameters, command_timeout, ramp_time, transform
+from vessel_hsmc_ros.scenario.parameter_groups import CommonParameters, transform
 from vessel_hsmc_ros.scenario.parameters_file import tree
 
 
@@ -125,13 +126,43 @@ class NavsatOdometryParameters(CommonParameters):
 FORMS = ("normalised", "cmd_vel", "helm", "pwm")
 
 
-def largest(what: str, unit: str) -> float:
+@dataclass(frozen=True)
+class PassingParameters(CommonParameters):
+    """Parameters of every node that passes commands on."""
+
+    command_timeout: float = parameter(
+        0.5, "Age of a command after which the output ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True
+    )
+    ramp_time: float = parameter(
+        2.0,
+        "Time in which the output goes from its limit to zero, and back; 0: at once.",
+        unit="s",
+        low=0.0,
+        high=600.0,
+        tunable=True,
+    )
+    freshness: FreshnessParameters = group(FreshnessParameters)
+
+
+def full(what: str, unit: str) -> float:
     """Declare the force or moment that is 1 in the normalised forms."""
-    return parameter(1.0, f"{what} of the vessel: what 1 means in the normalised forms.", unit=unit, low=1e-6, high=1e15)
+    return parameter(1.0, f"{what}: what 1 means in the normalised forms.", unit=unit, low=1e-6, high=1e15)
 
 
 @dataclass(frozen=True)
-class DriveParameters(CommonParameters):
+class NormalisedParameters(PassingParameters):
+    """Parameters of every node that can pass commands on as shares of the largest force and moment."""
+
+    surge_force_limit: float = full("Largest surge force of the vessel, at full throttle", "N")
+    yaw_moment_limit: float = full("Largest yaw moment of the vessel, at full steering", "N·m")
+
+    def shares(self, wrench: Sequence[float]) -> tuple[float, float]:
+        """The shares of a surge force, N, and a yaw moment, N·m, within -1 and 1."""
+        return clip(wrench[0] / self.surge_force_limit, 1.0), clip(wrench[1] / self.yaw_moment_limit, 1.0)
+
+
+@dataclass(frozen=True)
+class DriveParameters(NormalisedParameters):
     """Parameters of drive, which gives the commands of the controller the form that a stack takes, in real time."""
 
     form: str = parameter(
@@ -141,8 +172,6 @@ class DriveParameters(CommonParameters):
         " thruster_allocation.",
         choices=FORMS,
     )
-    surge_force_limit: float = largest("Largest surge force", "N")
-    yaw_moment_limit: float = largest("Largest yaw moment", "N·m")
     surge_speed_limit: float = parameter(2.0, "With cmd_vel, the largest surge speed.", unit="m/s", low=0.0, high=100.0)
     yaw_rate_limit: float = parameter(0.5, "With cmd_vel, the largest yaw rate.", unit="rad/s", low=0.0, high=10.0)
     response_time: float = parameter(
@@ -162,11 +191,8 @@ class DriveParameters(CommonParameters):
         low=-1.0,
         high=1.0,
     )
-    command_timeout: float = command_timeout()
-    ramp_time: float = ramp_time()
     rate_hz: float = parameter(20.0, "Rate of the output.", unit="Hz", low=1.0, high=1000.0)
     pwm: PulseParameters = group(PulseParameters)
-    freshness: FreshnessParameters = group(FreshnessParameters)
 
     def __post_init__(self) -> None:
         """Check the sign. Raises ParameterError if it is neither 1 nor -1."""
@@ -180,11 +206,9 @@ def passed_on(what: str, unit: str) -> float:
 
 
 @dataclass(frozen=True)
-class WatchdogParameters(CommonParameters):
+class WatchdogParameters(PassingParameters):
     """Parameters of watchdog, which passes commands on in real time while they are fresh."""
 
-    command_timeout: float = command_timeout()
-    ramp_time: float = ramp_time()
     rate_hz: float = parameter(50.0, "Rate of the wrench on its way to zero and at zero.", unit="Hz", low=1.0, high=1000.0)
     surge_force_limit: float = passed_on("surge force", "N")
     yaw_moment_limit: float = passed_on("yaw moment", "N·m")
@@ -194,7 +218,6 @@ class WatchdogParameters(CommonParameters):
     heartbeat_timeout: float = parameter(
         3.0, "Longest time between two diagnostics of a watched node.", unit="s", low=0.1, high=600.0
     )
-    freshness: FreshnessParameters = group(FreshnessParameters)
 
 
 MODES = {"manual": "MANUAL", "channels": "MANUAL", "guided": "GUIDED"}
@@ -221,7 +244,7 @@ def numbers(default: tuple[float, ...], what: str, high: float) -> tuple[float, 
 
 
 @dataclass(frozen=True)
-class MavlinkParameters(CommonParameters):
+class MavlinkParameters(NormalisedParameters):
     """Parameters of mavlink, which connects the nodes with an autopilot that speaks MAVLink, in real time."""
 
     connection: str = parameter(
@@ -244,8 +267,6 @@ class MavlinkParameters(CommonParameters):
         "Mode in which commands are passed on; by_form: MANUAL, or GUIDED with guided.",
         choices=(BY_FORM, *SURFACE_MODES),
     )
-    surge_force_limit: float = parameter(1.0, "With manual, the force at full throttle.", unit="N", low=1e-6, high=1e15)
-    yaw_moment_limit: float = parameter(1.0, "With manual, the moment at full steering.", unit="N·m", low=1e-6, high=1e15)
     cruise_speed: float = parameter(
         2.0, "With guided, CRUISE_SPEED of the autopilot, the speed at a thrust of 1.", unit="m/s", low=0.01, high=100.0
     )
@@ -274,10 +295,7 @@ class MavlinkParameters(CommonParameters):
     stream_rate: float = parameter(
         30.0, "Rate requested for position, attitude and outputs; 0: request nothing.", unit="Hz", low=0.0, high=200.0
     )
-    command_timeout: float = command_timeout()
-    ramp_time: float = ramp_time()
     rate_hz: float = parameter(25.0, "Rate of the output.", unit="Hz", low=2.0, high=200.0)
-    freshness: FreshnessParameters = group(FreshnessParameters)
     vessel: DrivenThrusters = group(DrivenThrusters)
 
     def __post_init__(self) -> None:
@@ -324,19 +342,14 @@ class MavlinkParameters(CommonParameters):
 
 
 @dataclass(frozen=True)
-class Px4Parameters(CommonParameters):
+class Px4Parameters(NormalisedParameters):
     """Parameters of px4, which connects the nodes with PX4 over its DDS bridge, in real time."""
 
     publish_tf: bool = transform()
-    surge_force_limit: float = parameter(1.0, "The force at full throttle.", unit="N", low=1e-6, high=1e15)
-    yaw_moment_limit: float = parameter(1.0, "The moment at full steering.", unit="N·m", low=1e-6, high=1e15)
     heartbeat_timeout: float = parameter(
         3.0, "Time without a VehicleStatus after which the autopilot counts as lost.", unit="s", low=0.5, high=60.0
     )
-    command_timeout: float = command_timeout()
-    ramp_time: float = ramp_time()
     rate_hz: float = parameter(25.0, "Rate of the setpoints; PX4 needs more than 2 Hz.", unit="Hz", low=5.0, high=200.0)
-    freshness: FreshnessParameters = group(FreshnessParameters)
 
 
 class Interface(NamedTuple):

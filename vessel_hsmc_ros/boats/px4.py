@@ -10,7 +10,6 @@ from vessel_hsmc_ros.boats import autopilot as px4
 from vessel_hsmc_ros.boats.autopilot import FAILSAFE
 from vessel_hsmc_ros.boats.parameters import Px4Parameters
 from vessel_hsmc_ros.boats.takeover import AutopilotNode
-from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS
 from vessel_hsmc_ros.nodes.commands import finite
@@ -95,7 +94,7 @@ class Px4Node(AutopilotNode):
         allowed = self._handover.passes(now)
         wrench = self._input.present() if allowed and not self._latch.stopped else None
         if wrench is not None:
-            self._command = clip(wrench[0] / p.surge_force_limit, 1.0), clip(wrench[1] / p.yaw_moment_limit, 1.0)
+            self._command = p.shares(wrench)
         share = self._latch.update(wrench is not None, allowed)
         self._send(share * self._command[0], share * self._command[1])
 

@@ -146,17 +146,6 @@ class BlackBoxParameters:
         return self if self.directory else replace(self, directory=str(folder / "black_box"))
 
 
-def command_timeout() -> float:
-    """Declare the age from which on a node passes a command on no longer."""
-    return parameter(0.5, "Age of a command after which the output ramps to zero.", unit="s", low=0.01, high=60.0, tunable=True)
-
-
-def ramp_time() -> float:
-    """Declare the time of the ramp of a node that passes commands on."""
-    what = "Time in which the output goes from its limit to zero, and back; 0: at once."
-    return parameter(2.0, what, unit="s", low=0.0, high=600.0, tunable=True)
-
-
 OWNER = "reference_ship.actions"
 
 
