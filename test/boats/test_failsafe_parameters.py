@@ -6,7 +6,7 @@ import struct
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.boats.autopilot import (
+from vessel_hsmc_ros.boats.failsafes import (
     ARDUPILOT,
     BURST,
     FIRMWARE,

@@ -5,9 +5,9 @@ from connections import healthy
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.boats.autopilot import ARDUPILOT, NAMES, PX4
+from vessel_hsmc_ros.boats.failsafes import ARDUPILOT, NAMES, PX4, RULES
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Autopilot, Finding
-from vessel_hsmc_ros.preflight.failsafe_rules import RULES, SILENCE, autopilot_of, judge_failsafes
+from vessel_hsmc_ros.preflight.failsafe_rules import SILENCE, autopilot_of, judge_failsafes
 from vessel_hsmc_ros.preflight.rules import judge
 
 SAFE: dict[str, dict[str, float]] = {

@@ -11,7 +11,6 @@ from pymavlink.dialects.v20 import ardupilotmega as mavlink
 from vessel_hsmc_ros.boats.autopilot import (
     MODE_NAMES,
     Attitude,
-    ParameterReader,
     Position,
     Pulses,
     Sticks,
@@ -19,6 +18,7 @@ from vessel_hsmc_ros.boats.autopilot import (
     filter_problem,
     motion,
 )
+from vessel_hsmc_ros.boats.failsafes import ParameterReader
 from vessel_hsmc_ros.boats.mavlink_link import Commands, Link
 from vessel_hsmc_ros.boats.parameters import MavlinkParameters
 from vessel_hsmc_ros.boats.takeover import AutopilotNode

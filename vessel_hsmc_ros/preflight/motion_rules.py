@@ -90,7 +90,7 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     if repeated := judge_repetition(samples, connection.of("output", "command")):
         yield repeated
         return
-    noise, least = noises(samples, connection.noise), slow(connection.length)
+    noise = noises(samples, connection.noise)
     samples, jumps = without_jumps(samples, JUMP * connection.length + NOISY_JUMP * noise[0], JITTER)
     if len(jumps):
         text = f"they jump, {len(jumps)} times, by {jumps.max():.3g} m at most, as those that are corrected now and then"
@@ -99,10 +99,21 @@ def judge_motion(connection: Connection) -> Iterator[Finding]:
     if len(moved.r) < LEAST_BLOCKS - 1:
         yield Finding(TODO, "velocities", f"too few samples: it needs {LEAST_BLOCKS * BLOCK:g} s of state")
         return
-    if in_degrees(samples, moved, measured, least[0]):
+    if in_degrees(samples, moved, measured, slow(connection.length)[0]):
         yield Finding(WRONG, "positions", "they look like latitude and longitude: they must be m in a plane, by navsat_odom_node")
         return
-    count = max(sample_rate(samples) * BLOCK, 1.0)
+    yield from judge_velocities(connection, samples, moved, measured, noise)
+
+
+def judge_velocities(
+    connection: Connection, samples: Samples, moved: Rates, measured: Rates, noise: tuple[float, float]
+) -> Iterator[Finding]:
+    """That the velocities fit positions and heading, and the heading the courses.
+
+    `moved`, `measured`: the motion by the positions and by the velocities. `noise`: standard deviations of a sample of the
+    position, m, and of the heading, rad.
+    """
+    least, count = slow(connection.length), max(sample_rate(samples) * BLOCK, 1.0)
     blurred = noise[0] / math.sqrt(count), noise[1] / math.sqrt(count)  # deviations of the means of blocks
     spun = 0.5 * connection.length * np.abs(moved.r)  # a boat that turns on the spot heads nowhere
     fast = np.abs(moved.velocity) > np.maximum(2.0 * least[0] + BLURRED * blurred[0], spun)
