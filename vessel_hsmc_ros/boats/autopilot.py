@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from vessel_hsmc_ros.core.kernel import clip
 from vessel_hsmc_ros.core.kinematics import Motion, in_body_frame, wrap
+from vessel_hsmc_ros.core.thruster_layout import Thruster
 
 FAILSAFE = (5, 6)  # system states of HEARTBEAT: critical and emergency
 
@@ -236,6 +237,24 @@ class Pulses(NamedTuple):
             return 0.0
         beyond = width - self.trim
         return clip(beyond / ((self.high - self.trim) if beyond > 0.0 else (self.trim - self.low)), 1.0)
+
+
+def thrusts(shares: Sequence[float], thrusters: Sequence[Thruster]) -> list[float]:
+    """The thrusts, N, of thrusters with some shares of their thrust ahead, or astern."""
+    return [share * (t.thrust_ahead if share > 0.0 else t.thrust_astern) for share, t in zip(shares, thrusters, strict=True)]
+
+
+def skid_steering(shares: Sequence[float], limits: tuple[float, float]) -> tuple[float, float]:
+    """The surge force, N, and the yaw moment, N·m, of the shares of left and right, with the largest force and moment."""
+    left, right = shares
+    return 0.5 * (left + right) * limits[0], 0.5 * (right - left) * limits[1]
+
+
+def wrench_of(thrusters: Sequence[Thruster], forces: Sequence[float], angles: Sequence[float]) -> tuple[float, float, float]:
+    """Surge and sway force, N, and yaw moment, N·m, of thrusters with some thrusts, N, and angles, rad."""
+    ahead = [force * math.cos(angle) for force, angle in zip(forces, angles, strict=True)]
+    to_port = [force * math.sin(angle) for force, angle in zip(forces, angles, strict=True)]
+    return sum(ahead), sum(to_port), sum(t.x * y - t.y * x for t, x, y in zip(thrusters, ahead, to_port, strict=True))
 
 
 def axes(force: float, moment: float) -> tuple[int, int]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from vessel_hsmc_ros.boats.autopilot import OVERRIDDEN, SURFACE_MODES
+from vessel_hsmc_ros.boats.autopilot import OVERRIDDEN, SURFACE_MODES, skid_steering, thrusts, wrench_of
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters
 from vessel_hsmc_ros.core.exceptions import ParameterError
@@ -331,13 +331,8 @@ class MavlinkParameters(NormalisedParameters):
         """The surge force, N, and the yaw moment, N·m, of the thrusters with some shares of their thrust."""
         thrusters = self.vessel.thrusters.thrusters()
         if not thrusters:
-            left, right = shares
-            return 0.5 * (left + right) * self.surge_force_limit, 0.5 * (right - left) * self.yaw_moment_limit
-        forces = [
-            share * (t.thrust_ahead if share > 0.0 else t.thrust_astern) for t, share in zip(thrusters, shares, strict=True)
-        ]
-        surge = sum(force * math.cos(t.angle) for t, force in zip(thrusters, forces, strict=True))
-        yaw = sum(force * (t.x * math.sin(t.angle) - t.y * math.cos(t.angle)) for t, force in zip(thrusters, forces, strict=True))
+            return skid_steering(shares, (self.surge_force_limit, self.yaw_moment_limit))
+        surge, _, yaw = wrench_of(thrusters, thrusts(shares, thrusters), [t.angle for t in thrusters])
         return surge, yaw
 
 

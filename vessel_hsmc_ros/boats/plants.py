@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from vessel_hsmc_ros.boats.autopilot import Pulses
+from vessel_hsmc_ros.boats.autopilot import Pulses, skid_steering, thrusts, wrench_of
 from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.kernel import between
 from vessel_hsmc_ros.core.kinematics import Motion, Plane, wrap
@@ -144,12 +144,10 @@ class Physics:
 
     def _advance(self, shares: Sequence[float]) -> bytes:
         if self._thrusters:
-            demands = [s * (t.thrust_ahead if s > 0.0 else t.thrust_astern) for s, t in zip(shares, self._thrusters, strict=True)]
-            wrench = self._plant.applied_thrusts(demands, [t.angle for t in self._thrusters])
+            wrench = self._plant.applied_thrusts(thrusts(shares, self._thrusters), [t.angle for t in self._thrusters])
         else:
-            left, right = shares
-            force, moment = self._limits.surge_force_limit, self._limits.yaw_moment_limit
-            wrench = self._plant.applied((0.5 * (left + right) * force, 0.5 * (right - left) * moment))
+            limits = self._limits.surge_force_limit, self._limits.yaw_moment_limit
+            wrench = self._plant.applied(skid_steering(shares, limits))
         self._plant.advance(wrench, self._plant.disturbance(self.time))
         self._steps += 1
         now = self._plant.measured(round(self.time * NANOSECONDS))
@@ -245,11 +243,7 @@ class World:
 
     def wrench(self) -> Wrench:
         """Surge and sway force, N, and yaw moment, N·m, of the thrusters."""
-        parts = list(zip(self.thrusters, self._thrusts, self._angles, strict=True))
-        surge = sum(force * math.cos(angle) for _, force, angle in parts)
-        sway = sum(force * math.sin(angle) for _, force, angle in parts)
-        yaw = sum(force * (t.x * math.sin(angle) - t.y * math.cos(angle)) for t, force, angle in parts)
-        return surge, sway, yaw
+        return wrench_of(self.thrusters, self._thrusts, self._angles)
 
     def step(self) -> None:
         """Advance by one step, and score its end. Raises SimulationError if the motion diverges."""
