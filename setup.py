@@ -105,7 +105,6 @@ setup(
         PACKAGE: ["py.typed"],
         "vessel_sim_node": ["py.typed"],
         f"{PACKAGE}.studies.campaign": ["assets/*"],
-        f"{PACKAGE}.studies.manoeuvres": ["assets/*"],
         f"{PACKAGE}.report": ["assets/*"],
     },
     data_files=data_files(),

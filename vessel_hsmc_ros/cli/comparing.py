@@ -186,8 +186,8 @@ def print_outcomes(outcomes: Sequence["LawRun"]) -> None:
             head, lines = comparison.table(row, of_row)
             print_table(head, map(coloured, lines), title=row.name)
     else:
-        for title, head, lines, texts in comparison.overviews(outcomes):
-            print_table(head, map(coloured, lines), title=title, text_columns=texts)
+        for overview in comparison.overviews(outcomes):
+            print_table(overview.head, map(coloured, overview.lines), title=overview.title, text_columns=overview.texts)
     for note in comparison.notes(outcomes):
         print_line(note)
 

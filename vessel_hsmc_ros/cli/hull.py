@@ -88,11 +88,10 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
 
 def print_results(results: "Results") -> None:
     """Print the metrics of a ship, a table for each manoeuvre, with what one must know to judge them."""
-    from vessel_hsmc_ros.studies.manoeuvres.page import APPLIES, SOURCE, TITLES, notes, rows
+    from vessel_hsmc_ros.studies.manoeuvres.page import APPLIES, HEAD, SOURCE, TITLES, notes, rows
 
     for name, done in results.manoeuvres.items():
-        lines = [[row.label, row.value, row.lengths, row.limit, row.verdict] for row in rows(results) if row.manoeuvre == name]
-        print_table(["metric", "value", "lengths", "criterion", ""], lines, title=TITLES[name])
+        print_table(HEAD, [row.cells for row in rows(results) if row.manoeuvre == name], title=TITLES[name])
         for note in notes(done):
             print_line(note)
     print_line(f"Criteria: {SOURCE}; {APPLIES}.")

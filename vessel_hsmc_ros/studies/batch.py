@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -234,14 +234,6 @@ class Outcome:
     run: Run | None = None  # its arrays, where they are kept; None for a run that ended early
 
 
-class Task(NamedTuple):
-    """A run: its number, its scenario, and how to thin its arrays, 0 to keep none."""
-
-    number: int
-    scenario: Scenario
-    every: int
-
-
 def simulate_many(
     scenarios: Iterable[Scenario],
     *,
@@ -264,15 +256,14 @@ def simulate_many(
 
     rest = iter(scenarios)
     first = list(itertools.islice(rest, 1))
-    tasks = (Task(index, each, every if index in keep else 0) for index, each in enumerate(itertools.chain(first, rest)))
+    tasks = ((each, index, index in keep, every) for index, each in enumerate(itertools.chain(first, rest)))
     # Machine code runs without the lock of the interpreter, so threads need not start, load and copy what processes do.
-    stream(run_task, tasks, workers=workers, threads=all(map(is_compiled, first)), on_result=note)
+    stream(_simulate_task, tasks, workers=workers, threads=all(map(is_compiled, first)), on_result=note)
     return sorted(outcomes, key=lambda outcome: outcome.index)
 
 
-def run_task(task: Task, progress: Progress) -> Outcome:
-    """Simulate and evaluate the run of a task."""
-    return simulate_one(task.scenario, task.number, bool(task.every), task.every or 1, progress)
+def _simulate_task(task: tuple[Scenario, int, bool, int], progress: Progress) -> Outcome:
+    return simulate_one(*task, progress)
 
 
 def simulate_one(

@@ -247,16 +247,7 @@ def cells(outcome: LawRun, factors: Sequence[float]) -> list[str]:
     ]
 
 
-class Overview(NamedTuple):
-    """A table of all rows: title, header, lines, and how many columns on the left are text."""
-
-    title: str
-    head: list[str]
-    lines: list[list[str]]
-    texts: int
-
-
-def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
+def overviews(outcomes: Sequence[LawRun]) -> list[Section]:
     """The rms errors with their verdicts, the largest errors and the actuator travel of all rows.
 
     Returns a table for each quantity, with a column for each law; a single one with three columns for a single law.
@@ -270,14 +261,14 @@ def overviews(outcomes: Sequence[LawRun]) -> list[Overview]:
     head = ["case", "over", *(["limit"] if limited else [])]
     rest = [name[:2] for name in names]  # of the other quantities: the limits are those of the first
     if len(laws) == 1:
-        return [
-            Overview(
-                laws[0], [*head, *CELLS], [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)], len(head)
-            )
-        ]
+        lines = [list(chain(*line)) for line in zip(names, *cells.values(), strict=True)]
+        return [Section(laws[0], head=[*head, *CELLS], lines=lines, texts=len(head))]
     first, *others = cells.items()
     shown = [(first, head, names), *((other, head[:2], rest) for other in others)]
-    return [Overview(title, top + laws, [*map(list.__add__, left, lines)], len(top)) for (title, lines), top, left in shown]
+    return [
+        Section(title, head=top + laws, lines=[*map(list.__add__, left, lines)], texts=len(top))
+        for (title, lines), top, left in shown
+    ]
 
 
 def findings(outcomes: Sequence[LawRun]) -> list[str]:
@@ -322,11 +313,7 @@ def write(folder: Path, outcomes: Sequence[LawRun]) -> None:
 def render(outcomes: Sequence[LawRun], drawn: Mapping[str, Sequence[Figure]]) -> str:
     """The page: tables of all cases, then each case with its figures and its table."""
     rows, laws = by_row(outcomes), dict.fromkeys(outcome.law for outcome in outcomes)
-    sections = []
-    if len(rows) > 1:
-        sections = [
-            Section(f"{o.title[0].upper()}{o.title[1:]}", head=o.head, lines=o.lines, texts=o.texts) for o in overviews(outcomes)
-        ]
+    sections = [each._replace(title=_capitalised(each.title)) for each in overviews(outcomes)] if len(rows) > 1 else []
     for row, of_row in rows:
         head, lines = table(row, of_row)
         about = f"{_scope(row)}; rms effort over the whole run."
@@ -337,6 +324,10 @@ def render(outcomes: Sequence[LawRun], drawn: Mapping[str, Sequence[Figure]]) ->
     return render_sections(title, [about], sections, [*findings(outcomes), *notes(outcomes)])
 
 
+def _capitalised(title: str) -> str:
+    return f"{title[0].upper()}{title[1:]}"
+
+
 def _scope(row: Row) -> str:
     """The part of the run to which the errors of a row refer, and their limits."""
     return f"Errors over the {row.over.replace('_', ' ')}{f', at most {limits(row)}' if limits(row) else ''}"
@@ -344,8 +335,8 @@ def _scope(row: Row) -> str:
 
 def _markdown(outcomes: Sequence[LawRun], names: dict[str, str]) -> str:
     parts = ["# Laws compared"]
-    for title, head, lines, _ in overviews(outcomes):
-        parts += [f"\n{title[0].upper()}{title[1:]}\n", *_table(head, lines)]
+    for overview in overviews(outcomes):
+        parts += [f"\n{_capitalised(overview.title)}\n", *_table(overview.head, overview.lines)]
     parts += ["", *(f"- {note}" for note in notes(outcomes))]
     for row, of_row in by_row(outcomes):
         parts += [f"\n## {row.name}\n", f"{_scope(row)}; effort over the whole run.\n"]

@@ -23,7 +23,6 @@ from vessel_hsmc_ros.studies.forecast.forecast import (
     Forecast,
     Plan,
     Sailed,
-    Task,
     band,
     conditions_of,
     drawn,
@@ -128,9 +127,7 @@ def test_power_is_even_in_force_and_moment_and_grows_with_both(s: float, m: floa
 
 
 def test_more_headwind_never_takes_less_energy() -> None:
-    energies = [
-        sail(Task(plan([60.0, 0.0], conditions=Conditions(w, 90.0)), 3, 0), print_nothing).energy for w in range(0, 11, 2)
-    ]
+    energies = [sail(plan([60.0, 0.0], conditions=Conditions(w, 90.0)), 3, 0, print_nothing).energy for w in range(0, 11, 2)]
     assert np.all(np.diff(energies) > 0.0)
 
 
@@ -231,7 +228,7 @@ def test_runs_that_leave_the_corridor_or_empty_the_battery_fail_and_are_counted(
         "No: 0 of 20 runs do the mission in a wind of 6 m/s from 240° and a current of 0.3 m/s to 90°.",
         "20 of 20 runs: it strays more than 1 mm from leg 1",
     ]
-    flat = sail(Task(plan([40.0, 0.0], changes={"vessel.power.battery_wh": 0.5}), 1, 0), print_nothing)
+    flat = sail(plan([40.0, 0.0], changes={"vessel.power.battery_wh": 0.5}), 1, 0, print_nothing)
     assert flat.failure == "the battery of 0.5 W·h is empty before the end"
 
 

@@ -25,7 +25,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError
+from vessel_hsmc_ros.core.exceptions import CampaignError
+from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.parameters import NODES
 from vessel_hsmc_ros.scenario.scenario import Scenario
@@ -197,10 +198,9 @@ def _number(path: Path) -> int:
 
 def _pyarrow() -> Any:
     """The library of Parquet files, which only campaigns and exports need."""
-    try:
-        import pyarrow
-    except ModuleNotFoundError:
-        raise InstallationError("campaigns need pyarrow, which is not installed: pip install pyarrow") from None
+    require("pyarrow")
+    import pyarrow
+
     return pyarrow
 
 

@@ -153,21 +153,24 @@ class Grid:
 Continuous = Uniform | Normal
 Distribution = Continuous | Choice | Grid
 
+LARGEST_GRID = 100_000
+
 FORMS = {
-    "uniform": "[low, high]",
-    "loguniform": "[low, high]",
-    "normal": "[mean, deviation]",
-    "lognormal": "[median, sigma]",
-    "choice": "[value, value, ...]",
-    "values": "[value, value, ...]",
-    "grid": "[start, stop, count]",
-    "loggrid": "[start, stop, count]",
+    "uniform": ("[low, high]", "finite numbers with low <= high"),
+    "loguniform": ("[low, high]", "finite numbers with 0 < low <= high"),
+    "normal": ("[mean, deviation]", "finite numbers with deviation > 0"),
+    "lognormal": ("[median, sigma]", "finite numbers above 0"),
+    "choice": ("[value, value, ...]", "at least one value"),
+    "values": ("[value, value, ...]", "at least one value"),
+    "grid": ("[start, stop, count]", f"finite numbers, with an integer count from 2 to {LARGEST_GRID}"),
+    "loggrid": (
+        "[start, stop, count]",
+        f"finite numbers, start and stop of the same sign, with an integer count from 2 to {LARGEST_GRID}",
+    ),
 }
-"""The distributions of a campaign file, and what each takes."""
+"""The distributions of a campaign file, what each takes, and under which conditions."""
 
 RELATIVE = "relative"
-
-LARGEST_GRID = 100_000
 
 
 def parse_distribution(given: Any) -> tuple[Distribution, bool]:
@@ -177,27 +180,16 @@ def parse_distribution(given: Any) -> tuple[Distribution, bool]:
     """
     kinds = list(given.keys() - {RELATIVE}) if isinstance(given, Mapping) else []
     if len(kinds) != 1 or kinds[0] not in FORMS:
-        forms = ", ".join(f"{kind}: {form}" for kind, form in FORMS.items())
+        forms = ", ".join(f"{kind}: {form}" for kind, (form, _) in FORMS.items())
         raise ParameterError(f"distribution must be one of {{{forms}}}, and relative: true for factors (got {given})")
     kind, arguments, relative = kinds[0], given[kinds[0]], given.get(RELATIVE, False)
     if not isinstance(relative, bool):
         raise ParameterError(f"relative must be true or false (got {relative})")
     made = _make(kind, arguments) if isinstance(arguments, list) else None
     if made is None:
-        raise ParameterError(f"{kind} must be {FORMS[kind]}{_CONDITIONS[kind]} (got {arguments})")
+        raise ParameterError(f"{kind} must be {', '.join(FORMS[kind])} (got {arguments})")
     return made, relative
 
-
-_CONDITIONS = {
-    "uniform": ", finite numbers with low <= high",
-    "loguniform": ", finite numbers with 0 < low <= high",
-    "normal": ", finite numbers with deviation > 0",
-    "lognormal": ", finite numbers above 0",
-    "choice": ", at least one value",
-    "values": ", at least one value",
-    "grid": f", finite numbers, with an integer count from 2 to {LARGEST_GRID}",
-    "loggrid": f", finite numbers, start and stop of the same sign, with an integer count from 2 to {LARGEST_GRID}",
-}
 
 AXIS = "node.param=start:stop:count, start:stop:count:log or a list such as 0.1,0.2,0.5"
 
@@ -220,24 +212,26 @@ def _make(kind: str, arguments: list[Any]) -> Distribution | None:
         return (Choice if kind == "choice" else Grid)(tuple(arguments)) if arguments else None
     if not all(isinstance(x, int | float) and not isinstance(x, bool) and math.isfinite(x) for x in arguments):
         return None
-    if kind in ("grid", "loggrid"):
-        valid = len(arguments) == 3 and isinstance(arguments[2], int) and 2 <= arguments[2] <= LARGEST_GRID
-        if not valid or (kind == "loggrid" and not arguments[0] * arguments[1] > 0.0):
-            return None
-        spaced = (np.linspace if kind == "grid" else np.geomspace)(*arguments)
-        # Rounded to 12 digits: 0.3 instead of 0.30000000000000004.
-        return Grid(tuple(float(f"{x:.12g}") for x in spaced.tolist()))
-    return _continuous(kind, *map(float, arguments)) if len(arguments) == 2 else None
+    made: Distribution | None = None
+    match kind, arguments:
+        case "uniform", [low, high] if low <= high:
+            made = Uniform(float(low), float(high))
+        case "loguniform", [low, high] if 0.0 < low <= high:
+            made = Uniform(float(low), float(high), logarithmic=True)
+        case "normal", [mean, deviation] if deviation > 0.0:
+            made = Normal(float(mean), float(deviation))
+        case "lognormal", [median, sigma] if median > 0.0 and sigma > 0.0:
+            made = Normal(math.log(median), float(sigma), logarithmic=True)
+        case "grid", [start, stop, int(count)] if 2 <= count <= LARGEST_GRID:
+            made = _grid(np.linspace(start, stop, count))
+        case "loggrid", [start, stop, int(count)] if 2 <= count <= LARGEST_GRID and start * stop > 0.0:
+            made = _grid(np.geomspace(start, stop, count))
+    return made
 
 
-def _continuous(kind: str, a: float, b: float) -> Continuous | None:
-    if kind == "uniform":
-        return Uniform(a, b) if a <= b else None
-    if kind == "loguniform":
-        return Uniform(a, b, logarithmic=True) if 0.0 < a <= b else None
-    if kind == "normal":
-        return Normal(a, b) if b > 0.0 else None
-    return Normal(math.log(a), b, logarithmic=True) if a > 0.0 and b > 0.0 else None
+def _grid(values: Array) -> Grid:
+    """A grid of values, rounded to 12 digits: 0.3 instead of 0.30000000000000004."""
+    return Grid(tuple(float(f"{x:.12g}") for x in values.tolist()))
 
 
 SHIP = "ship."  # prefix of the numbers of a family of ships in a campaign file

@@ -13,12 +13,12 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
-from itertools import islice
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vessel_hsmc_ros.core.exceptions import CampaignError, InstallationError, ParameterError, ScenarioError, VesselHsmcError
+from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError, VesselHsmcError
+from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.law_file import load_law_file, loaded_law_files
 from vessel_hsmc_ros.scenario.parameters_file import in_one_line
@@ -118,15 +118,6 @@ OBSERVER = "controller.observer.enabled"
 Progress = Callable[[float, int], None]
 
 
-class _Task(NamedTuple):
-    """A chunk that a process of this machine computes and writes."""
-
-    source: Source
-    repetitions: int
-    number: int
-    folder: Path
-
-
 def run_campaign(
     file: Path | str,
     folder: Path | str | None = None,
@@ -183,9 +174,9 @@ def run_campaign(
                 write_file(dataset.chunk_path(number), content)
                 report(done)
         elif missing:
-            tasks = [_Task(campaign.source, campaign.repetitions, number, dataset.path) for number in missing]
             ensure_compiled(_samples(campaign))
-            batch.run_all(_compute, tasks, workers=workers, on_progress=report)
+            compute_one = partial(_compute, campaign.source, campaign.repetitions, dataset)
+            batch.run_all(compute_one, missing, workers=workers, on_progress=report)
         report(len(missing))
     return dataset.path
 
@@ -205,24 +196,14 @@ def _samples(campaign: Campaign) -> list[Scenario]:
     ]
 
 
-def _compute(task: _Task, progress: Callable[[float], None]) -> None:
+def _compute(source: Source, repetitions: int, dataset: Dataset, number: int, progress: Callable[[float], None]) -> None:
     """Compute a chunk and write its file, in a process of this machine."""
-    campaign = campaign_of(task.source, task.repetitions)
-    write_file(Dataset(task.folder).chunk_path(task.number), run_chunk(campaign, task.number, progress))
+    write_file(dataset.chunk_path(number), run_chunk(campaign_of(source, repetitions), number, progress))
     progress(1.0)
 
 
 CONNECT_LIMIT = 10.0  # time limit for the connection with the scheduler, s
-AHEAD = 3  # chunks for each thread of the cluster that are submitted at a time, so that no worker waits for this process
 _one_at_a_time = threading.Lock()
-
-
-class Job(NamedTuple):
-    """What a worker needs for any chunk: the texts of the campaign, and of the Python files with its laws, by their names."""
-
-    source: Source
-    repetitions: int
-    law_files: tuple[tuple[str, bytes], ...]
 
 
 class Computed(NamedTuple):
@@ -236,11 +217,11 @@ class Computed(NamedTuple):
 
 def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Iterator[tuple[int, bytes]]:
     """Compute chunks on a cluster: number and file content of each chunk as soon as it is computed, in any order."""
-    law_files = tuple((path.name, path.read_bytes()) for path in loaded_law_files())
-    job = Job(campaign.source, campaign.repetitions, law_files)
+    law_files = [(path.name, path.read_bytes()) for path in loaded_law_files()]
+    compute_one = partial(compute_chunk, campaign.source, campaign.repetitions, law_files)
     expected = versions()
     with _connected(scheduler) as client:
-        for done in _submitted(client, job, numbers):
+        for done in _submitted(client, compute_one, numbers):
             if different := differences(done.versions, expected):
                 raise CampaignError(
                     f"the worker on {done.host} has {different}: its rows might differ, install the same versions"
@@ -248,13 +229,13 @@ def compute(scheduler: str, campaign: Campaign, numbers: Sequence[int]) -> Itera
             yield done.number, done.content
 
 
-def compute_chunk(job: Job, number: int) -> Computed:
-    """Compute a chunk, in a worker."""
+def compute_chunk(source: Source, repetitions: int, law_files: Sequence[tuple[str, bytes]], number: int) -> Computed:
+    """Compute a chunk, in a worker. `law_files`: names and contents of the Python files with the laws of the campaign."""
     # Chunks in threads of one process would share the buffers of the simulation; a worker with one thread loses nothing.
     with _one_at_a_time:
-        for name, content in job.law_files:
+        for name, content in law_files:
             _load_law(name, content)
-        content = run_chunk(campaign_of(job.source, job.repetitions), number)
+        content = run_chunk(campaign_of(source, repetitions), number)
     return Computed(number, content, platform.node(), versions())
 
 
@@ -269,10 +250,9 @@ def _load_law(name: str, content: bytes) -> None:
 @contextmanager
 def _connected(scheduler: str) -> Iterator[Any]:
     """A connection with a scheduler; its errors are those of this package."""
-    try:
-        from distributed import Client
-    except ModuleNotFoundError:
-        raise InstallationError("--scheduler needs distributed, which is not installed: pip install distributed") from None
+    require("distributed")
+    from distributed import Client
+
     try:
         client = Client(scheduler, timeout=CONNECT_LIMIT, set_as_default=False)
     except OSError:
@@ -283,26 +263,15 @@ def _connected(scheduler: str) -> Iterator[Any]:
         client.close(timeout=CONNECT_LIMIT)
 
 
-def _submitted(client: Any, job: Job, numbers: Sequence[int]) -> Iterator[Computed]:
-    """Submit chunks, a few ahead of those that are being computed, and yield them as they are done."""
+def _submitted(client: Any, compute_one: Callable[[int], Computed], numbers: Sequence[int]) -> Iterator[Computed]:
+    """Submit chunks, and yield them as they are done."""
     from distributed import as_completed
 
     if not client.nthreads():
         logging.getLogger(__name__).warning("the cluster has no workers yet: waiting for one")
-    remaining = iter(numbers)
-    futures = as_completed(loop=client.loop)
-
-    def submit() -> None:
-        """Keep every thread of the cluster busy, also those of workers that have joined it meanwhile."""
-        lacking = AHEAD * max(sum(client.nthreads().values()), 1) - futures.count()
-        for number in islice(remaining, max(lacking, 0)):
-            futures.add(client.submit(compute_chunk, job, number, pure=False))
-
-    submit()
-    for future in futures:
+    for future in as_completed(client.map(compute_one, numbers, pure=False), loop=client.loop):
         yield _result(future)
         future.release()
-        submit()
 
 
 def _result(future: Any) -> Computed:

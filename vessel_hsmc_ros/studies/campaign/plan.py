@@ -18,6 +18,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import yaml
 
 from vessel_hsmc_ros.control.laws import LAWS
@@ -452,11 +453,9 @@ class Campaign:
 
     def _of_grids(self, draw: int) -> dict[str, Any]:
         """The combination of the grids' values in a draw; the last grid changes fastest."""
-        chosen, rest = {}, draw
-        for name, values in reversed(self.grids.items()):
-            rest, index = divmod(rest, len(values))
-            chosen[name] = values[index]
-        return chosen
+        shape = tuple(map(len, self.grids.values()))
+        places = np.unravel_index(draw % math.prod(shape), shape)
+        return {name: values[int(place)] for (name, values), place in zip(self.grids.items(), places, strict=True)}
 
     def _with_lists(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Changes by `node.parameter`, with drawn elements put into their lists."""

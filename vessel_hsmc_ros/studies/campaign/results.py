@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats  # type: ignore[import-untyped]
 
-from vessel_hsmc_ros.core.exceptions import InstallationError, ReportError
+from vessel_hsmc_ros.core.exceptions import ReportError
+from vessel_hsmc_ros.core.install_paths import require
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.report.tables import text
@@ -196,7 +197,10 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
     ranks = stats.rankdata(values[chosen])
     columns = {name: _numbers(column[chosen]) for name, column in drawn.items()}
     problem = {"num_vars": len(columns), "names": list(columns)}
-    found = _rbd_fast()(
+    require("SALib")
+    from SALib.analyze import rbd_fast  # type: ignore[import-untyped]
+
+    found = rbd_fast.analyze(
         problem, np.column_stack(list(columns.values())), ranks, HARMONICS, RESAMPLES, conf_level=CONFIDENCE, seed=0
     )
     entries = [
@@ -204,15 +208,6 @@ def influences(drawn: Mapping[str, NDArray[np.generic]], values: Array) -> list[
         for name, index, uncertainty in zip(columns, found["S1"], found["S1_conf"], strict=True)
     ]
     return sorted(entries, key=lambda entry: -entry.first_order)
-
-
-def _rbd_fast() -> Any:
-    """The method of SALib, which only this report needs."""
-    try:
-        from SALib.analyze import rbd_fast  # type: ignore[import-untyped]
-    except ModuleNotFoundError:
-        raise InstallationError("the report of a campaign needs SALib, which is not installed: pip install SALib") from None
-    return rbd_fast.analyze
 
 
 def _numbers(column: NDArray[np.generic]) -> Array:

@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -178,14 +179,6 @@ class Sailed(NamedTuple):
     way: Array
 
 
-class Task(NamedTuple):
-    """A run to be computed."""
-
-    plan: Plan
-    seed: int
-    number: int
-
-
 @dataclass(frozen=True)
 class Forecast:
     """The runs of a mission."""
@@ -277,23 +270,21 @@ def forecast(
             on_progress(len(done))
 
     ensure_compiled([plan.scenario])
-    tasks = (Task(plan, seed, number) for number in range(runs))
     # Machine code runs without the lock of the interpreter; a reference that waits for its vessel is interpreted.
     threads = is_compiled(plan.scenario) and not plan.track.waits
-    batch.stream(sail, tasks, workers=workers, threads=threads, on_result=note)
+    batch.stream(partial(sail, plan, seed), range(runs), workers=workers, threads=threads, on_result=note)
     return Forecast(plan, seed, tuple(sorted(done, key=lambda one: one.number)))
 
 
-def sail(task: Task, progress: batch.Progress) -> Sailed:
+def sail(plan: Plan, seed: int, number: int, progress: batch.Progress) -> Sailed:
     """Draw, simulate and evaluate a run; one that fails is a result, not an error."""
-    plan = task.plan
-    scenario = drawn(plan.scenario, plan.conditions, task.seed, task.number)
+    scenario = drawn(plan.scenario, plan.conditions, seed, number)
     try:
         run = simulate(scenario, lambda done, total: progress(done / total))
     except (ControlError, SimulationError, InstabilityError) as error:
         nothing = np.full(len(plan.legs), math.nan)
-        return Sailed(task.number, f"it ends early: {error}", math.nan, math.nan, nothing, np.empty((0, WAY)))
-    return evaluated(task.number, run, plan)
+        return Sailed(number, f"it ends early: {error}", math.nan, math.nan, nothing, np.empty((0, WAY)))
+    return evaluated(number, run, plan)
 
 
 def evaluated(number: int, run: Run, plan: Plan) -> Sailed:

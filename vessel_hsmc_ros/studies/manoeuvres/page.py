@@ -3,6 +3,7 @@
 import csv
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,8 +12,8 @@ import numpy as np
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.hull import Hull, outline
 from vessel_hsmc_ros.core.quantities import number, quantity, scaled
-from vessel_hsmc_ros.report import page_kit
 from vessel_hsmc_ros.report.diagrams import Axis, Figure, layout, line
+from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.scenario.scenario import dump_scenario
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.studies.manoeuvres.run import Manoeuvre, Results, Track, crossing, speed_curve, spiral_curve
@@ -94,33 +95,43 @@ LABELS = {
 MARGIN = 1e-3  # share of a range of speeds that counts as inside it: a manoeuvre may begin at its end
 
 
+HEAD = ["metric", "value", "lengths", "criterion", ""]
+
+
 class Row(NamedTuple):
-    """A metric as text."""
+    """A metric of a manoeuvre."""
 
     manoeuvre: str
     metric: str
-    # label, value, lengths: name in words; value with unit; the same in ship lengths, empty where it is no length
-    label: str
-    value: str
-    lengths: str
-    # limit, verdict: the criterion, and `within` or `beyond`; empty where there is none
-    limit: str
-    verdict: str
+    # value, unit: in SI units and degrees
+    value: float
+    unit: str
+    lengths: float | None  # the same in ship lengths; None where it is no length
+    criterion: Criterion | None
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The cells under HEAD: name, value with unit, lengths, limit and verdict; empty where there is none."""
+        label = LABELS.get(self.metric, self.metric.replace("_", " "))
+        lengths = "" if self.lengths is None or not math.isfinite(self.lengths) else number(self.lengths)
+        limit = "" if self.criterion is None else self.criterion.text
+        return label, shown(self.value, self.unit), lengths, limit, self._verdict()
+
+    def _verdict(self) -> str:
+        if self.criterion is None or math.isnan(self.value):
+            return ""
+        return "within" if self.value <= self.criterion.limit else "beyond"
 
 
 def rows(results: Results) -> list[Row]:
     """All metrics of a ship."""
-    ship = results.ship
-    limits = {(each.manoeuvre, each.metric): each for each in criteria(ship.length, ship.speed)}
-    found = []
-    for name, metrics in results.metrics.items():
-        for metric, value in metrics.items():
-            limit = limits.get((name, metric))
-            verdict = "" if limit is None or math.isnan(value) else "within" if value <= limit.limit else "beyond"
-            lengths = number(value / ship.length) if UNITS[metric] == "m" and math.isfinite(value) else ""
-            label = LABELS.get(metric, metric.replace("_", " "))
-            found.append(Row(name, metric, label, shown(value, UNITS[metric]), lengths, limit.text if limit else "", verdict))
-    return found
+    length = results.ship.length
+    limits = {(each.manoeuvre, each.metric): each for each in criteria(length, results.ship.speed)}
+    return [
+        Row(name, metric, value, UNITS[metric], value / length if UNITS[metric] == "m" else None, limits.get((name, metric)))
+        for name, metrics in results.metrics.items()
+        for metric, value in metrics.items()
+    ]
 
 
 OVERVIEW = (
@@ -200,7 +211,7 @@ def source(results: Results) -> str:
 def write(folder: Path, results: Results) -> dict[str, Path]:
     """Write the page, the metrics as CSV and a scenario for each manoeuvre, which the nodes can run, into an existing folder."""
     files = {"page": folder / "manoeuvres.html", "metrics": folder / "manoeuvres.csv", "scenarios": folder / "scenarios"}
-    with page_kit.writing(f"results in {folder}"):
+    with writing(f"results in {folder}"):
         files["scenarios"].mkdir(exist_ok=True)
         for name, done in results.manoeuvres.items():
             (files["scenarios"] / f"{name}.yaml").write_text(dump_scenario(done.scenario), encoding="utf-8")
@@ -211,40 +222,38 @@ def write(folder: Path, results: Results) -> dict[str, Path]:
 
 def write_csv(path: Path, results: Results) -> None:
     """Write a row for each metric: manoeuvre, metric, value in SI units and degrees, unit, in lengths, limit of its criterion."""
-    length = results.ship.length
-    limits = {(each.manoeuvre, each.metric): each.limit for each in criteria(length, results.ship.speed)}
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["manoeuvre", "metric", "value", "unit", "in_lengths", "limit", "complete"])
-        for name, done in results.manoeuvres.items():
-            for metric, value in done.metrics.items():
-                unit = UNITS[metric]
-                lengths = value / length if unit == "m" else ""
-                writer.writerow([name, metric, value, unit, lengths, limits.get((name, metric), ""), done.complete])
+        for row in rows(results):
+            limit = None if row.criterion is None else row.criterion.limit
+            writer.writerow([*row[:5], limit, results.manoeuvres[row.manoeuvre].complete])
 
 
 def render(results: Results, scenarios: Path) -> str:
     """Render the HTML text of the page."""
-    ship, lines = results.ship, rows(results)
-    figures = {name: drawn for name, done in results.manoeuvres.items() if (drawn := figure(done))}
-    about = [subtitle(results), *([f"Hull data: {published}"] if (published := source(results)) else [])]
-    return page_kit.render(
-        "studies/manoeuvres/manoeuvres.html",
-        f"Standard manoeuvres: {ship.name}",
-        about,
-        scripts=(*page_kit.DIAGRAM_SCRIPTS, "sections.js"),
-        content={"figures": figures},
-        titles=TITLES,
-        manoeuvres=results.manoeuvres,
-        notes={name: list(notes(done)) for name, done in results.manoeuvres.items()},
-        rows={name: [row for row in lines if row.manoeuvre == name] for name in results.manoeuvres},
-        judged=[row for row in lines if row.limit],
-        hull=hull_data(results),
-        figures=figures,
-        scenarios=scenarios,
-        criteria=SOURCE,
-        applies=APPLIES,
-    )
+    lines = rows(results)
+    about = [subtitle(results), *([f"Hull data: {published}"] if (published := source(results)) else []), EXPLANATION]
+    about.append(f"Over the ROS nodes, with the same numbers: vessel-hsmc run {scenarios}/{next(iter(results.manoeuvres))}.yaml")
+    sections = []
+    if judged := [(TITLES[row.manoeuvre], *row.cells) for row in lines if row.criterion]:
+        text = f"{SOURCE}: {APPLIES}. For a smaller ship they are for comparison only."
+        sections.append(_section("Criteria", text, ["manoeuvre", *HEAD], judged, texts=2))
+    for name, done in results.manoeuvres.items():
+        of_one = [row.cells for row in lines if row.manoeuvre == name]
+        drawn = [] if done.failure else [FIGURES[done.scenario.controller.manoeuvre.kind](done)]
+        sections.append(_section(TITLES[name], " ".join(notes(done)), HEAD, of_one, figures=drawn))
+    sections.append(Section("Hull data", head=["parameter", "value"], lines=hull_data(results)))
+    return render_sections(f"Standard manoeuvres: {results.ship.name}", about, sections)
+
+
+def _section(
+    title: str, text: str, head: Sequence[str], lines: Sequence[Sequence[str]], texts: int = 1, figures: Sequence[Figure] = ()
+) -> Section:
+    """A section with the columns of a table that have a text in any line; the last one is words."""
+    filled = [any(column) for column in zip(*lines, strict=True)]
+    shown = [[*compress(line, filled)] for line in (head, *lines)]
+    return Section(title, text, shown[0], shown[1:], texts, prose=filled[-1:] == [True], figures=figures)
 
 
 def subtitle(results: Results) -> str:
@@ -257,10 +266,10 @@ def subtitle(results: Results) -> str:
 
 SHIP, COMMAND, LIMIT = "--run-0", "--run-1", "--limit"
 
-
-def figure(done: Manoeuvre) -> Figure | None:
-    """Traces and layout of a manoeuvre; None for one that failed."""
-    return None if done.failure else FIGURES[done.scenario.controller.manoeuvre.kind](done)
+EXPLANATION = (
+    "The ship is commanded by a surge force and a yaw moment: a rudder angle of 35° stands for the whole yaw moment, smaller"
+    " angles for a proportional part. Times and distances count from the execute, at the end of the approach."
+)
 
 
 def turning_circle(done: Manoeuvre) -> Figure:
@@ -285,7 +294,7 @@ def turning_circle(done: Manoeuvre) -> Figure:
     ]
     drawn = layout(Axis("to the side of the turn [m]"), Axis("along the original course [m]"), 520)
     drawn["yaxis"] |= {"scaleanchor": "x"}
-    return {"traces": traces, "layout": drawn}
+    return {"title": "Track", "traces": traces, "layout": drawn}
 
 
 def zigzag(done: Manoeuvre) -> Figure:
@@ -306,7 +315,7 @@ def zigzag(done: Manoeuvre) -> Figure:
             edge, time = sign * settings.switch_heading_deg, float(track.time[begin] + done.metrics[f"{name[:-9]}yaw_check_time"])
             traces.append(line(np.array([time, time]), np.array([edge, edge + sign * value]), "", LIMIT))
             drawn["annotations"].append(_note(time, edge + sign * value, f"{value:.3g}°", above=k == 0))
-    return {"traces": traces, "layout": drawn}
+    return {"title": "Heading and rudder", "traces": traces, "layout": drawn}
 
 
 def _zigzag_end(track: Track) -> float:
@@ -325,7 +334,8 @@ def spiral(done: Manoeuvre) -> Figure:
         line(curve[:n, 0], curve[:n, 1], "from the first side to the other", SHIP, mode="lines+markers"),
         line(curve[n - 1 :, 0], curve[n - 1 :, 1], "and back", COMMAND, mode="lines+markers", dash="dash"),
     ]
-    return {"traces": traces, "layout": layout(Axis("rudder angle [°]"), Axis("steady yaw rate [°/s]"), 380, legend=True)}
+    drawn = layout(Axis("rudder angle [°]"), Axis("steady yaw rate [°/s]"), 380, legend=True)
+    return {"title": "Steady turns", "traces": traces, "layout": drawn}
 
 
 def crash_stop(done: Manoeuvre) -> Figure:
@@ -338,7 +348,7 @@ def crash_stop(done: Manoeuvre) -> Figure:
     if math.isfinite(m["track_reach"]):
         text = f"{quantity(m['track_reach'], 'm')} in {quantity(m['stopping_time'], 's')}"
         drawn["annotations"].append(_note(m["track_reach"], 0.0, text, above=True) | {"xanchor": "right"})
-    return {"traces": traces, "layout": drawn}
+    return {"title": "Speed along the path", "traces": traces, "layout": drawn}
 
 
 def speed_run(done: Manoeuvre) -> Figure:
@@ -348,7 +358,7 @@ def speed_run(done: Manoeuvre) -> Figure:
     factor, unit = scaled(force, "N")
     speed, pull = np.concatenate(([0.0], curve[:, 1])), np.concatenate(([0.0], factor * force * curve[:, 0]))
     drawn = layout(Axis("steady speed [m/s]"), Axis(f"surge force [{unit}]"), 380)
-    return {"traces": [line(speed, pull, "surge force", SHIP, mode="lines+markers")], "layout": drawn}
+    return {"title": "Force and speed", "traces": [line(speed, pull, "surge force", SHIP, "lines+markers")], "layout": drawn}
 
 
 def bollard_pull(done: Manoeuvre) -> Figure:
@@ -357,7 +367,8 @@ def bollard_pull(done: Manoeuvre) -> Figure:
     factor, unit = scaled(float(track.force[-1]), "N")
     drawn = layout(Axis("time [s]"), Axis(f"surge force [{unit}]"), 380)
     drawn["yaxis"] |= {"rangemode": "tozero"}
-    return {"traces": [line(track.time, factor * track.force, "applied force", SHIP)], "layout": drawn}
+    force = line(track.time, factor * track.force, "applied force", SHIP)
+    return {"title": "Applied force", "traces": [force], "layout": drawn}
 
 
 FIGURES: dict[str, Callable[[Manoeuvre], Figure]] = {
