@@ -265,7 +265,8 @@ def judge_signs(connection: Connection, doubted: str = "") -> Iterator[Finding]:
         if doubted:
             yield Finding(TODO, about, f"not judged by a motion whose {doubted} is wrong: correct that first")
             continue
-        seen = found(recorded, k)
+        motion = recorded.motion(k)
+        seen = Effect(0) if motion is None else found(recorded, motion, k)
         if seen.sign > 0:
             yield Finding(OK, about, f"positive {what} drives {right}")
             yield from judge_size(what, seen, inertias[k], f"controller.vessel.{INERTIAS[k]}")
@@ -340,12 +341,9 @@ def held(command: Topic, name: str, grid: Array) -> Array:
     return np.where(fresh, command.columns[name][np.maximum(index, 0)], 0.0)
 
 
-def velocity_effect(recorded: Record, k: int) -> Effect:
+def velocity_effect(recorded: Record, motion: Motion, k: int) -> Effect:
     """Whether surge speed (0) or yaw rate (1) follow their commands, or, of commands in steps, what these do."""
-    motion, command = recorded.motion(k), recorded.commands[k]
-    if motion is None:
-        return Effect(0)
-    velocity = motion.velocities[k]
+    velocity, command = motion.velocities[k], recorded.commands[k]
     lags = [round(delay / GRID) for delay in DELAYS]
     if len(velocity) < 2 * lags[-1] or math.sqrt(float((velocity**2).mean())) < recorded.slow[k]:
         return Effect(0)
@@ -359,11 +357,8 @@ def velocity_effect(recorded: Record, k: int) -> Effect:
     return Effect(effect([command], motion.rates[k], velocity, rest, motion.width).sign)
 
 
-def wrench_effect(recorded: Record, k: int) -> Effect:
+def wrench_effect(recorded: Record, motion: Motion, k: int) -> Effect:
     """The effect of the surge force (0) or of the yaw moment (1)."""
-    motion = recorded.motion(k)
-    if motion is None:
-        return Effect(0)
     u, v, r, psi = motion.hull.real, motion.hull.imag, motion.r, motion.psi
     rest = np.column_stack((np.ones(len(r)), np.cos(psi), np.sin(psi), *((u * v, u * r) if k else (v * r, r * r))))
     force, moment = recorded.commands
