@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mission_writing import (
     HOME,
@@ -105,8 +106,8 @@ def test_a_jump_back_repeats_the_items_from_there(read: Read, target: int, repea
     assert [point.place for point in found.points] == [places[k] for k in order]
 
 
-@pytest.mark.parametrize(("target", "repeats"), [(2, -1), (9, 1), (3, 1), (2, 1000), (None, 1)])
-def test_a_jump_ahead_without_end_or_to_no_item_is_refused(read: Read, target: int | None, repeats: int) -> None:
+@pytest.mark.parametrize(("target", "repeats"), [(2, -1), (9, 1), (3, 1), (2, 1000), (None, 1), (1.5, 1), (1, 1.5)])
+def test_a_jump_ahead_without_end_or_to_no_item_is_refused(read: Read, target: float | None, repeats: float) -> None:
     items = [waypoint_item(1, PLACES[0]), waypoint_item(2, PLACES[1]), simple_item(3, 177, (target, repeats, 0, 0, 0, 0, 0), 2)]
     found = read(plan(items))
     assert ["DO_JUMP" in item.what for item in found.refused] == [True]
@@ -137,6 +138,28 @@ def test_a_relative_change_of_speed_is_refused(read: Read) -> None:
     )
     assert [item.item for item in found.refused] == ["item 2"]
     assert [point.speed for point in found.points] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("form", ["plan", "waypoints"])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(commands=st.lists(st.sampled_from((16, 19, 178, 201)), min_size=1, max_size=8), data=st.data())
+def test_nothing_after_an_item_that_does_not_continue_is_sailed(
+    read: Read, form: str, commands: list[int], data: st.DataObject
+) -> None:
+    pause = data.draw(st.integers(1, len(commands)), label="pause")
+    if form == "plan":
+        items = [simple_item(k, c, (1, 1, -1, 0, *PLACES[k % 3], 0)) for k, c in enumerate(commands, 1)]
+        items[pause - 1]["autoContinue"] = False
+        found = read(plan(items))
+    else:
+        lines = [line(k, 3, c, (1, 1, -1, 0), PLACES[k % 3]) for k, c in enumerate(commands, 1)]
+        lines[pause - 1] = lines[pause - 1].removesuffix("1") + "0"
+        found = read(wpl(lines))
+    sailed = [k for k, c in enumerate(commands, 1) if c in (16, 19)]
+    assert [point.item for point in found.points] == [f"item {k}" for k in sailed if k <= pause]
+    assert [refused.item for refused in found.refused] == [f"item {k}" for k in sailed if k > pause]
+    assert all(refused.why.startswith(f"the pause of item {pause} (autocontinue off)") for refused in found.refused)
+    assert all(point.corner == "stop" for point in found.points[-1:])
 
 
 def test_a_heading_under_way_is_refused_and_the_waypoint_kept(read: Read) -> None:

@@ -8,6 +8,7 @@
 | 93 NAV_DELAY | a hold of param1 seconds at the waypoint before |
 | 178 DO_CHANGE_SPEED | param2 is the speed of the legs from here on, m/s; relative ones (param4) are refused |
 | 177 DO_JUMP | the items from number param1 on, param2 times more |
+| autocontinue 0 of any | rest there, as nothing continues the mission: only with the last waypoint |
 | 5001 to 5004, 5100 | fence and rally points |
 
 Numbers and parameters: MAVLink common message set, MAV_CMD and MAV_FRAME (https://mavlink.io/en/messages/common.html). The yaw
@@ -70,13 +71,17 @@ MAX_REPEATS = 100
 
 
 class MavItem(NamedTuple):
-    """A mission item: what error messages call it, its number that jumps name, command, frame, and its seven parameters."""
+    """A mission item: what error messages call it, its number that jumps name, command, frame, and its seven parameters.
+
+    `continues`: whether the next item follows by itself.
+    """
 
     item: str
     number: int
     command: int
     frame: int
     params: tuple[float | None, ...]
+    continues: bool = True
 
 
 class _Reader:
@@ -111,6 +116,9 @@ class _Reader:
         else:
             name, why = REFUSED.get(one.command, ("", "it is not known here"))
             self.refused.append(Refused(one.item, f"command {one.command} {name}".rstrip(), why))
+        if not (one.continues or one.command in (*FENCES, 5100) or self.ended):
+            self.ended = f"the pause of {one.item} (autocontinue off)"
+            self.points[-1:] = [point._replace(corner="stop") for point in self.points[-1:]]
 
     def _place(self, one: MavItem) -> Pair:
         return self.source.degrees(one.params[4], one.params[5], one.item)
@@ -197,7 +205,7 @@ def mission_of(items: Sequence[MavItem], source: Source) -> Mission:
 
 def _unrolled(items: Sequence[MavItem], reader: _Reader) -> list[MavItem]:
     """The items in the order in which they are sailed: jumps back are repetitions."""
-    index = {one.number: i for i, one in enumerate(items)}
+    index: dict[float | None, int] = {one.number: i for i, one in enumerate(items)}
     done: list[MavItem] = []
     i, left = 0, dict[int, int]()
     while i < len(items):
@@ -209,13 +217,13 @@ def _unrolled(items: Sequence[MavItem], reader: _Reader) -> list[MavItem]:
                 raise reader.source.error(f"its jumps must not give more than {MAX_POINTS} items (got more at {one.item})")
             continue
         target, repeats = one.params[:2]
-        to = None if target is None else index.get(int(target))
-        if to is None or to >= i - 1 or repeats is None or not 0 <= repeats <= MAX_REPEATS:
+        to = index.get(target)
+        if to is None or to >= i - 1 or repeats not in range(MAX_REPEATS + 1):
             why = f"it needs the number of an item before it and 0 to {MAX_REPEATS} repetitions"
             given = f"command 177 DO_JUMP to {target or 0:g}, {repeats or 0:g} times"
             reader.refused.append(Refused(one.item, given, why))
             continue
-        if left.setdefault(i, int(repeats)) > 0:
+        if left.setdefault(i, int(repeats or 0)) > 0:
             left[i] -= 1
             i = to
         else:
@@ -253,7 +261,8 @@ def _item(line: str, number: int, source: Source) -> MavItem:
         raise source.error(f"line {number} must have 12 numbers (got {len(cells)})")
     index, _, frame, command = (source.whole(cell, f"line {number}", 0, 65535) for cell in cells[:4])
     params = tuple(source.parameter(cell, f"line {number}") for cell in cells[4:11])
-    return MavItem(f"item {index}", index, command, frame, params)
+    continues = source.number(cells[11], f"line {number}: autocontinue") != 0.0
+    return MavItem(f"item {index}", index, command, frame, params, continues)
 
 
 SURVEYS = ("survey", "CorridorScan")  # complex items that are legs of waypoints
@@ -328,7 +337,8 @@ def _simple(item: dict[str, Any], what: str, number: int, source: Source) -> Mav
     command = source.whole(item.get("command"), f"{what}: command", 0, MAX_COMMAND)
     frame = source.whole(item.get("frame", 0), f"{what}: frame", 0, 255)
     jump = source.whole(item.get("doJumpId", number), f"{what}: doJumpId", 0, MAX_COMMAND)
-    return MavItem(what, jump, command, frame, tuple(source.parameter(value, f"{what}: params") for value in params))
+    numbers = tuple(source.parameter(value, f"{what}: params") for value in params)
+    return MavItem(what, jump, command, frame, numbers, item.get("autoContinue") not in (False, 0))
 
 
 def _transects(item: dict[str, Any], what: str, number: int, source: Source) -> list[MavItem]:
