@@ -18,7 +18,7 @@ from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.odometry_output import OdometryOutput, datum_publisher
 
 RATE = 10.0  # rate of fixes that the deadline of the odometry is offered for, Hz
-EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading"}
+EXPECTED = {"imu": "imu", "imu_euler": "imu", "quaternion": "heading", "quaternion_ned": "heading"}
 """The topic of each source of the heading, but for two antennas."""
 
 NOT_MEASURED = -1.0
@@ -73,7 +73,7 @@ class NavsatOdometryNode(VesselNode):
         self.listen(NavSatFix, "fix", self._on_fix, qos.NEWEST)
         if heading == "antennas":
             self.listen(NavSatFix, "fix_2", self._on_second_fix, qos.NEWEST)
-        elif heading == "quaternion":
+        elif heading in ("quaternion", "quaternion_ned"):
             self.listen(QuaternionStamped, "heading", self._on_quaternion, qos.NEWEST)
         if heading in ("imu", "imu_euler"):
             self.listen(Imu, "imu", self._on_imu if heading == "imu" else self._on_angles, qos.NEWEST)
@@ -115,7 +115,8 @@ class NavsatOdometryNode(VesselNode):
         if q.x == q.y == q.z == q.w == 0.0 or not all(map(math.isfinite, (q.x, q.y, q.z, q.w, rate or 0.0))):
             self.refuse("orientation must be a quaternion of length 1 (got one that is not filled in, or not finite)")
             return
-        psi, stamp = heading_from_quaternion(q.x, q.y, q.z, q.w) + self.parameters.heading_offset, conversions.nanoseconds(at)
+        yaw, stamp, p = heading_from_quaternion(q.x, q.y, q.z, q.w), conversions.nanoseconds(at), self.parameters
+        psi = (0.5 * math.pi - yaw if p.heading == "quaternion_ned" else yaw) + p.heading_offset
         self._heading = Heading(stamp, psi, self._rate_since(stamp, psi) if rate is None else rate)
 
     def _rate_since(self, stamp: int, psi: float) -> float:

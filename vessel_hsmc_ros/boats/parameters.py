@@ -69,7 +69,7 @@ class PulseParameters:
         return self.reversed * len(self.thrusters) if len(self.reversed) == 1 else self.reversed
 
 
-HEADINGS = ("imu", "imu_euler", "quaternion", "antennas")
+HEADINGS = ("imu", "imu_euler", "quaternion", "quaternion_ned", "antennas")
 VELOCITIES = ("none", "twist", "course")
 
 
@@ -87,7 +87,7 @@ class NavsatOdometryParameters(CommonParameters):
         "imu",
         "Source of the heading: orientation on imu, quaternion on heading, or the fixes of two antennas, fix and fix_2."
         " imu_euler: on imu too, from drivers that publish roll, pitch and yaw in degrees, clockwise from north, in place of the"
-        " quaternion.",
+        " quaternion. quaternion_ned: on heading, of a yaw clockwise from north, as nmea_navsat_driver publishes it.",
         choices=HEADINGS,
     )
     heading_offset: float = parameter(

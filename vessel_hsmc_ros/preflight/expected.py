@@ -34,6 +34,7 @@ HEADINGS: dict[str, Topics] = {
     "imu": {"imu": ("imu", types.IMU)},
     "imu_euler": {EULER: ("imu", types.IMU)},
     "quaternion": {"heading": ("heading", types.QUATERNION)},
+    "quaternion_ned": {"heading": ("heading", types.QUATERNION)},
     "antennas": {"fix_2": ("fix_2", types.FIX)},
 }
 OVER_GROUND: dict[str, Topics] = {

@@ -50,6 +50,19 @@ def receiver(bench: Any, monkeypatch: pytest.MonkeyPatch) -> Any:
     return lambda **parameters: Receiver(bench, monkeypatch, **parameters)
 
 
+@pytest.mark.parametrize("compass", [0.0, 1.0, 2.5, 4.0, 6.0])
+def test_a_compass_heading_in_a_quaternion_is_that_of_the_boat_where_it_is_declared(receiver: Any, compass: float) -> None:
+    made = receiver(heading="quaternion_ned", heading_offset=0.1)
+    for late in (0.1, 0.0):  # turning to starboard by 0.2 rad/s
+        message = made.stamped(QuaternionStamped(), late)
+        yaw = compass - 0.2 * late
+        message.quaternion.z, message.quaternion.w = math.sin(0.5 * yaw), math.cos(0.5 * yaw)
+        made.node._on_quaternion(message)
+    motion = made.answer(made.fix())
+    assert math.remainder(motion.psi - (0.5 * math.pi - compass + 0.1), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
+    assert motion.r == pytest.approx(-0.2)
+
+
 @pytest.mark.parametrize("late", [0.45, 0.1, -0.1, -0.45])
 def test_a_heading_before_or_after_the_fix_is_turned_to_its_time(receiver: Any, late: float) -> None:
     made = receiver()
