@@ -58,8 +58,8 @@ def test_rclpy_restores_no_default_handler_while_a_node_ends(
 
 
 @pytest.mark.parametrize("failing", ["spin", "close"])
-@pytest.mark.parametrize("error", [SimulationError, RuntimeError, ExternalShutdownException])
-def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(failing: str, error: type[Exception]) -> None:
+@pytest.mark.parametrize("error", [SimulationError, RuntimeError, SystemExit, ExternalShutdownException])
+def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(failing: str, error: type[BaseException]) -> None:
     done: list[str] = []
 
     def work(name: str, *_: object) -> None:
@@ -72,13 +72,14 @@ def test_a_node_whose_work_fails_is_closed_once_unless_its_context_has_ended(fai
     code = 0
     try:
         code = process.do_all((partial(node.spin, lambda: True), node.close), [node])
-    except Exception as raised:
+    except (Exception, SystemExit) as raised:
         caught = type(raised)
-    text = "unexpected RuntimeError: as planned" if error is RuntimeError else "as planned"
+    unexpected = error in (RuntimeError, SystemExit)
+    text = f"unexpected {error.__name__}: as planned" if unexpected else "as planned"
     logged = [] if error is ExternalShutdownException else [text]
     closed = [] if error is ExternalShutdownException else ["close"]
     assert done == (["spin", *logged, *closed] if failing == "spin" else ["spin", "close", *logged])
-    assert caught is (RuntimeError if error is RuntimeError else None)
+    assert caught is (error if unexpected else None)
     assert code == (process.FAILED if error is SimulationError else 0)
 
 

@@ -152,7 +152,7 @@ def do_all(works: Iterable[Callable[[], None]], nodes: Sequence[VesselNode]) -> 
             code = FAILED
         except ExternalShutdownException:  # the context is invalid: nothing more can be published
             break
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # the latter of a user's code
             _fail(nodes, error, f"unexpected {type(error).__name__}: {error}")
             unexpected = unexpected or error
     if unexpected:
@@ -160,7 +160,7 @@ def do_all(works: Iterable[Callable[[], None]], nodes: Sequence[VesselNode]) -> 
     return code
 
 
-def _fail(nodes: Sequence[VesselNode], error: Exception, reason: str) -> None:
+def _fail(nodes: Sequence[VesselNode], error: BaseException, reason: str) -> None:
     """Report a failure by the node in whose code, or part, it occurred: an executor raises it and does not name the node."""
     owners = [frame.f_locals.get("self") for frame, _ in walk_tb(error.__traceback__)]
     owners += [getattr(owner, "_node", None) for owner in owners]

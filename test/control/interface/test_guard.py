@@ -30,7 +30,7 @@ class Returns(Law[Gains]):
         self.value = value
 
     def step(self, *_: object) -> Any:
-        if isinstance(self.value, Exception):
+        if isinstance(self.value, BaseException):
             raise self.value
         return self.value
 
@@ -70,6 +70,11 @@ def test_a_wrench_that_is_not_finite_is_an_error_that_names_the_law(value: float
 def test_an_exception_in_step_names_law_file_line_and_reason_in_one_line() -> None:
     with pytest.raises(LawError, match=r"^law returns failed at .*test_guard\.py:\d+: ZeroDivisionError: a b$"):
         step(ZeroDivisionError("a\nb"))
+
+
+def test_an_exit_in_step_is_an_error_too_and_not_the_end_of_the_program() -> None:
+    with pytest.raises(LawError, match=r"^law returns failed at .*test_guard\.py:\d+: SystemExit: 0$"):
+        step(SystemExit(0))
 
 
 def inner() -> float:

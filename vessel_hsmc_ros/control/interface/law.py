@@ -269,7 +269,7 @@ def guarded_step(
         returned = law.step(motion, desired, acceleration, *aged)
     except VesselHsmcError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise LawError(described(law, error)) from error
     try:
         (tau_1, tau_2), terms = returned
@@ -292,7 +292,7 @@ def guarded(law: type[Law[Any]] | Law[Any], kind: type[VesselHsmcError] = LawErr
         yield
     except VesselHsmcError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise kind(described(law, error)) from error
 
 
@@ -301,7 +301,7 @@ def named(law: type[Law[Any]] | Law[Any]) -> str:
     return law.name or getattr(law, "__name__", type(law).__name__)
 
 
-def described(law: type[Law[Any]] | Law[Any], error: Exception) -> str:
+def described(law: type[Law[Any]] | Law[Any], error: BaseException) -> str:
     """An exception in the code of a law in one line, with the last place in the law's own file that led to it."""
     frames = traceback.extract_tb(error.__traceback__)
     cls = law if isinstance(law, type) else type(law)
