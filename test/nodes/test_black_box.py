@@ -276,9 +276,9 @@ def test_the_line_that_names_a_black_box_has_its_cause(monkeypatch: pytest.Monke
     boxes, lines = Boxes(monkeypatch), []
     monkeypatch.setattr(boxes.box._node, "get_logger", lambda: SimpleNamespace(warning=lines.append, name="controller"))
     boxes.box.keep("/cmd_wrench", conv.new_wrench())
-    boxes.write("safe: another node commands as well", ends=True)
+    boxes.write("safe: another node publishes as well", ends=True)
     (line,) = lines
-    assert line.startswith("safe: another node commands as well: the black box is in x/")
+    assert line.startswith("safe: another node publishes as well: the black box is in x/")
 
 
 def test_an_error_that_ends_the_node_does_not_wait_for_what_follows_one_before(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,8 @@ from typing import Any
 import pytest
 from controller_without_ros import ControllerWithoutRos
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TwistStamped
+from hypothesis import given
+from hypothesis import strategies as st
 from safety_sequences import FRESH_SAMPLES, Machine
 
 from vessel_hsmc_ros.control.safety.parameters import Reason
@@ -16,7 +18,7 @@ from vessel_hsmc_ros.core.kinematics import Acceleration, Motion
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.nodes.base import LAST_COMMANDS, VesselNode
-from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist, read_odometry
+from vessel_hsmc_ros.nodes.controller_inputs import Desired, Measured, PoseAndTwist, came_back_elsewhere, read_odometry
 from vessel_hsmc_ros.nodes.controller_timing import STANDING, STANDSTILL, WAITING, Lockstep
 
 START, PERIOD = 1_000_000_000_000, 10_000_000
@@ -36,6 +38,32 @@ def test_after_a_reset_too_the_reference_must_be_in_the_frame_of_the_odometry() 
     inputs.reset(Reason.CLOCK_AHEAD)
     assert waits_for_the_reference(2 * START, "map")
     assert not waits_for_the_reference(2 * START + PERIOD, "odom")
+
+
+@given(
+    silent=st.floats(0.0, 100.0),
+    speeds=st.tuples(*[st.floats(0.0, 20.0)] * 2),
+    course=st.floats(-4.0, 4.0),
+    share=st.floats(0.0, 3.0),
+    length=st.floats(0.5, 300.0),
+)
+def test_a_reference_is_elsewhere_where_it_cannot_have_gone_while_it_was_silent(
+    silent: float, speeds: tuple[float, float], course: float, share: float, length: float
+) -> None:
+    reach = 2.0 * length + silent * max(speeds)
+    moved = share * reach
+    stamps, places = (
+        (START, START + round(silent * 1e9)),
+        ((5.0, -3.0), (5.0 + moved * math.cos(course), -3.0 + moved * math.sin(course))),
+    )
+    before, after = (
+        Desired(Sample(stamp, "odom", "", ()), Motion(*place, 0.0, u, 0.0, 0.0), Acceleration(0.0, 0.0, 0.0))
+        for stamp, place, u in zip(stamps, places, speeds, strict=True)
+    )
+    if abs(share - 1.0) > 1e-6 and abs(silent - 0.5) > 1e-6:
+        found = came_back_elsewhere(before, after, 0.5, length)
+        assert bool(found) == (silent > 0.5 and share > 1.0)
+        assert not found or f"is now {moved:.1f} m away" in found
 
 
 class Joined:

@@ -5,19 +5,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from driving import REFERENCE, STATE, STEP, RealTimePlant
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import PoseStamped, WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
 from rclpy.logging import LoggingSeverity
+from sensor_msgs.msg import NavSatFix
 from std_srvs.srv import SetBool, Trigger
 from vessel_hsmc_msgs.msg import ControlState, Event, ReferenceState
 
 from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions as conv
+from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 
@@ -275,8 +278,8 @@ def test_a_second_publisher_is_an_error_and_leads_to_the_safe_action(bench: Any,
 
     bench.until(lambda: node.second_publisher() and operates(ControlState.SAFE))
     assert sea.states[-1].reason == ControlState.SECOND_PUBLISHER
-    assert node.status()[:2] == (DiagnosticStatus.ERROR, "safe: another node commands as well")
-    named = f"another node commands as well, on /cmd_wrench: {bench.probe.get_fully_qualified_name()}"
+    assert node.status()[:2] == (DiagnosticStatus.ERROR, "safe: another node publishes as well")
+    named = f"another node publishes as well, on /cmd_wrench: {bench.probe.get_fully_qualified_name()}"
     bench.until(lambda: named in [log.msg for log in logs if log.level == LoggingSeverity.ERROR])
     bench.probe.destroy_publisher(other)
     bench.until(lambda: operates(ControlState.ACTIVE))
@@ -303,6 +306,88 @@ def test_a_second_reference_is_refused_and_leads_to_the_safe_action(bench: Any, 
     bench.until(lambda: not node.second_publisher())
     node.begin()
     bench.until(lambda: operates(ControlState.ACTIVE))
+
+
+def test_a_second_publisher_of_odometry_refuses_enabling_and_only_warns_under_way(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea)
+    diagnostics = bench.collect(DiagnosticArray, "/diagnostics", qos.DIAGNOSTICS)
+    sea.run(0.3)
+    other = bench.probe.create_publisher(Odometry, "odom", qos.data(False))
+    named = "/odom has 2 publishers and may have one"
+    bench.until(lambda: named in node.second_source())
+    sea.run(0.3)
+    assert operations(sea) == {ControlState.ACTIVE}
+    bench.until(lambda: any(named in status.message for status in diagnostics[-1].status))
+    node.pause()
+    sea.run(0.2)
+    with pytest.raises(RefusalError, match=named):
+        node.begin()
+    bench.probe.destroy_publisher(other)
+    bench.until(lambda: not node.second_source())
+    node.begin()
+
+
+def test_a_second_publisher_of_a_pose_is_found_too(bench: Any) -> None:
+    node = bench.start(ControllerNode, lockstep=False, odometry__form="pose_twist")
+    publishers = [bench.probe.create_publisher(PoseStamped, "pose", qos.data(False)) for _ in range(2)]
+    bench.until(lambda: node.second_source().startswith("/pose has 2 publishers and may have one"))
+    bench.probe.destroy_publisher(publishers[0])
+    bench.until(lambda: not node.second_source())
+
+
+def operations(sea: RealTimePlant) -> set[int]:
+    return {state.operation for state in sea.states[-5:]}
+
+
+@pytest.mark.parametrize(("away", "operation"), [(60.0, ControlState.ACTIVE), (70.0, ControlState.STANDBY)])
+def test_a_reference_that_was_started_again_elsewhere_waits_for_a_person(
+    bench: Any, sea: RealTimePlant, away: float, operation: int
+) -> None:
+    node = start(sea)
+    sea.run(0.4)
+    sea.desired = None
+    sea.run(0.3)
+    assert operations(sea) == {ControlState.SAFE}
+    sea.desired = REFERENCE + np.array([away, 0.0, 0.0, 0.0, 0.0, 0.0])
+    sea.run(0.3)
+    assert operations(sea) == {operation}
+    if operation == ControlState.STANDBY:
+        assert "the reference was silent for 0.3" in node.status()[1]
+        assert "m away" in node.status()[1]
+    assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
+    sea.run(0.2)
+    assert operations(sea) == {ControlState.ACTIVE}
+
+
+def test_a_reference_that_is_out_of_reach_under_way_leads_to_the_safe_action_until_it_is_near(sea: RealTimePlant) -> None:
+    node = start(sea, safety__enable_distance=100.0)
+    sea.run(0.4)
+    sea.state = STATE + np.array([300.0, 0.0, 0.0, 0.0, 0.0, 0.0])  # as from the new datum of a receiver
+    sea.run(0.4)
+    assert operations(sea) == {ControlState.SAFE}
+    assert sea.states[-1].reason == ControlState.JUMP
+    assert (
+        "and must be within safety.enable_distance = 100 m: are both in one frame? the safe action is commanded"
+        in node.status()[1]
+    )
+    sea.desired = REFERENCE + np.array([290.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    sea.run(0.4)
+    assert operations(sea) == {ControlState.ACTIVE}
+    assert_bounded(sea)
+
+
+def test_odometry_with_another_datum_waits_for_a_person(bench: Any, sea: RealTimePlant) -> None:
+    node = start(sea)
+    datum = bench.probe.create_publisher(NavSatFix, DATUM, qos.LATCHED)
+    bench.until(datum.get_subscription_count)
+    sea.run(0.4)
+    for latitude, operation in ((59.9, ControlState.ACTIVE), (59.9, ControlState.ACTIVE), (59.9001, ControlState.STANDBY)):
+        datum.publish(NavSatFix(latitude=latitude, longitude=10.7))
+        bench.until(lambda latitude=latitude: node.datum == (latitude, 10.7))
+        sea.run(0.1)
+        assert operations(sea) == {operation}
+    assert "the odometry has the datum (59.9001, 10.7), before (59.9, 10.7)" in node.status()[1]
+    assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
 
 
 def test_a_command_that_the_output_guard_refuses_is_an_error_on_the_log(bench: Any, sea: RealTimePlant) -> None:

@@ -120,6 +120,7 @@ class ControllerWithoutRos(ControllerNode):
         self._command_out, self._state_out = Ignoring(), self
         self._commanding: Any = Ignoring()
         self._guiding: Any = Ignoring()
+        self._measuring = []
 
     def take_sent(self) -> list[tuple[int, Pair]]:
         """The commands that were published since the last call."""

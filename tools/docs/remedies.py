@@ -16,7 +16,10 @@ REMEDIES: dict[Reason, str] = {
     ),
     Reason.NOT_FINITE: "Read the log of the publisher: it sends values that are not finite.",
     Reason.UNCERTAIN: "Wait for a better fix, or raise `safety.freshness.covariance_limit`.",
-    Reason.JUMP: "Check the positioning; a new place that persists is accepted by itself.",
+    Reason.JUMP: (
+        "Check the positioning; a new place that persists is accepted by itself. Compare the reference with"
+        " the frame of the odometry."
+    ),
     Reason.IN_STANDBY: "Call `~/enable`.",
     Reason.IN_STOP: "Remove the cause, then call `~/rearm` and `~/enable`.",
     Reason.NOT_READY: "Wait until the inputs have been good for `safety.fresh_samples` control periods.",
@@ -43,7 +46,7 @@ REMEDIES: dict[Reason, str] = {
         "The log says how far it goes and how far the fence is. Give a goal or path inside, or call `~/stop` and steer it back by"
         " hand."
     ),
-    Reason.SECOND_PUBLISHER: "Stop the other publisher of `cmd_wrench` or `reference`.",
+    Reason.SECOND_PUBLISHER: "Stop the other publisher of the topic that the log names.",
     Reason.NO_CONSUMER: "Start the plant, the thrust allocation or your driver; compare the QoS of both ends.",
 }
 """What to do about each reason."""

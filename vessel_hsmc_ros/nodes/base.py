@@ -19,7 +19,7 @@ from rclpy.service import Service
 from vessel_hsmc_ros.core.exceptions import BackpressureError, ParameterError, SimulationError
 from vessel_hsmc_ros.messages.codec import decoder, encoder
 from vessel_hsmc_ros.nodes.black_box import BlackBox
-from vessel_hsmc_ros.nodes.connections import Awaited, Connections
+from vessel_hsmc_ros.nodes.connections import Awaited, Connections, Publishers
 from vessel_hsmc_ros.nodes.executor import DirectExecutor, PromptExecutor
 from vessel_hsmc_ros.nodes.node_parameters import declare, requested_changes, take_changes, take_given
 from vessel_hsmc_ros.nodes.qos import Compatibility
@@ -113,6 +113,7 @@ class VesselNode(Node, metaclass=Whole):
         self.connections = Connections(self, self.parameters.recorded)
         self.direct_subscriptions: list[Subscription] = self.connections.subscriptions
         self._topics: dict[str, list[str]] = {"publishes": [], "subscribes to": []}
+        self._counted: dict[str, Publishers] = {}
         self._waiting = "waiting for the other nodes"
         # Not the node's clock: on simulated time no timer fires before the first /clock, which may wait for this very node.
         self.wall = Clock(clock_type=ClockType.STEADY_TIME)
@@ -171,7 +172,12 @@ class VesselNode(Node, metaclass=Whole):
         else:
             kept = self.black_box.receiver(name, kind, taking) if self.black_box else taking
             self.create_subscription(kind, topic, kept, profile, raw=True)
+            self.sources(kind, topic)
         self._topics["subscribes to"].append(name)
+
+    def sources(self, kind: Any, topic: str) -> Publishers:
+        """What counts the publishers of a topic of which one may live; while there are more, the diagnostics warn."""
+        return self._counted.setdefault(topic, Publishers(self, kind, topic))
 
     def framed(self, message: Any) -> Any:
         """Prefix the frame ids of a message with the parameter `frame_prefix`, in place; returns the message."""
@@ -295,7 +301,9 @@ class VesselNode(Node, metaclass=Whole):
             return own._replace(level=ERROR, message=self.failure)
         if not self.connected:
             return own._replace(level=WARN, message="; ".join(filter(None, (self._waiting, self.compatibility.problem()))))
-        if own.level == OK and (conflict := self.connections.conflict()):
+        sources = () if self.parameters.lockstep else self._counted.values()
+        conflicts = (self.connections.conflict(), *(source.conflict() for source in sources))
+        if own.level == OK and (conflict := next(filter(None, conflicts), "")):
             self.get_logger().warning(conflict, throttle_duration_sec=WARNING_PERIOD)
             return own._replace(level=WARN, message=conflict)
         if incompatible := self.compatibility.problem():

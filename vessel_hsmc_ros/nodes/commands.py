@@ -16,7 +16,6 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ERROR, WARN, VesselNode
-from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
 
 LARGEST = 3.4e38  # the largest magnitude that counts as finite: autopilots take commands in single precision
@@ -53,7 +52,7 @@ class CommandInput:
     def __init__(self, node: VesselNode, topic: str, timeout: float) -> None:
         p: Any = node.parameters
         self._node, self._topic = node, topic
-        self._publishers = Publishers(node, WrenchStamped, topic)
+        self._publishers = node.sources(WrenchStamped, topic)
         self._frame = p.frame_prefix + conversions.BODY
         self._future = p.freshness.future_tolerance
         self._freshness = Freshness(timeout, p.freshness, self._frame, "")

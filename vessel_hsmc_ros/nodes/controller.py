@@ -7,6 +7,7 @@ from typing import Any
 from geometry_msgs.msg import WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
+from sensor_msgs.msg import NavSatFix
 from vessel_hsmc_msgs.msg import ControlState, ReferenceState
 
 from vessel_hsmc_ros.control.interface.actuators import described
@@ -17,15 +18,17 @@ from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
 from vessel_hsmc_ros.control.safety.samples import hull_problem
 from vessel_hsmc_ros.control.safety.supervision import NO_WRENCH
 from vessel_hsmc_ros.core.exceptions import RefusalError
+from vessel_hsmc_ros.core.kinematics import same
 from vessel_hsmc_ros.core.timing import seconds
 from vessel_hsmc_ros.messages import conversions
 from vessel_hsmc_ros.messages.conversions import Outgoing
+from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import ACKNOWLEDGE_LIMITS, ERROR, LAST_COMMANDS, WARN, WARNING_PERIOD, DiagnosticTask
 from vessel_hsmc_ros.nodes.black_box import installed
 from vessel_hsmc_ros.nodes.connections import Publishers
 from vessel_hsmc_ros.nodes.controller_diagnostics import LEVELS, ControlDiagnostics, guard_task, operation_status
-from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference
+from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_state, read_reference, state_topics
 from vessel_hsmc_ros.nodes.controller_timing import Lockstep, RealTime, RideThrough, Timing
 from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
@@ -50,7 +53,7 @@ class ControllerNode(ManagedNode):
 
     NAME = "controller"
     INTERFACE = """
-        subscribes to  odom, reference
+        subscribes to  odom, reference; in real time odom/datum
         publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
         services       ~/enable, ~/reset, ~/stop, ~/rearm; of its lifecycle ~/change_state, ~/get_state, ~/get_available_states,
                        ~/get_available_transitions, ~/get_transition_graph
@@ -70,6 +73,8 @@ class ControllerNode(ManagedNode):
         self.stamp = -1  # an event before step 0 takes effect at step 0
         self.clock_problem, self._clock_step = "", RecentProblem()  # of a simulated clock, which has not begun or stands still
         self._begun, self._zeros = not (p.autostart or p.lockstep), LAST_COMMANDS
+        self.datum: tuple[float, float] | None = None
+        self._left = ""  # why the node went to standby by itself
         self._updates, self._compute_time, self._compute_time_max = 0, 0.0, 0.0
         self.black_box = installed(self, p.black_box, self.now)
         self._create_topics(p.lockstep)
@@ -83,6 +88,7 @@ class ControllerNode(ManagedNode):
             self.activate_quietly()
         else:
             self.loop.supervision.standby()
+            self.create_subscription(NavSatFix, DATUM, self._on_datum, qos.LATCHED)
         self.create_timer(CHECK_PERIODS["lockstep" if p.lockstep else "real time"], self._check_inputs, clock=self.wall)
 
     def _make_loop(self) -> None:
@@ -143,7 +149,7 @@ class ControllerNode(ManagedNode):
             raise RefusalError(problem)
         if refused := self.loop.supervision.activate(self._steps.ready()):
             raise RefusalError(self.refusal_text(refused))
-        self._begun = True
+        self._begun, self._left = True, ""
 
     def refusal_text(self, reason: Reason) -> str:
         """The text of a reason, with the topic that it is about."""
@@ -160,6 +166,18 @@ class ControllerNode(ManagedNode):
         """Go to standby; a stop stays latched."""
         self._begun = True
         self.loop.supervision.standby()
+
+    def stand_by(self, why: str) -> None:
+        """In real time, leave it to a person to enable a controller again whose reference is not what it was."""
+        if self.lifecycle == "active" and not self.parameters.lockstep:
+            self._left = why
+            self.get_logger().error(f"{why}: standby until ~/enable")
+            self.trigger_deactivate()
+
+    def _on_datum(self, message: NavSatFix) -> None:
+        before, self.datum = self.datum, (message.latitude, message.longitude)
+        if before and not same(before, self.datum):
+            self.stand_by(f"the odometry has the datum {self.datum}, before {before}: the reference is of another place")
 
     def halt(self) -> None:
         """Command zero from now on, and until `rearm`."""
@@ -214,7 +232,8 @@ class ControllerNode(ManagedNode):
             "compute_time_max": self._compute_time_max,
         }
         clock = (WARN, self.clock_problem) if self.clock_problem else self._clock_step.current
-        unfit = (WARN, f"standby: {self._unfit}") if self._unfit else None
+        standby = self._unfit or self._left
+        unfit = (WARN, f"standby: {standby}") if standby else None
         guides = "" if self.parameters.lockstep else self._guiding.conflict()
         unfit = unfit or ((ERROR, guides) if guides else None)
         return *(clock or unfit or self.inputs.monitor.status() or operation_status(supervision)), values
@@ -229,7 +248,8 @@ class ControllerNode(ManagedNode):
     def _create_topics(self, lockstep: bool) -> None:
         profile, offered = qos.data(lockstep), qos.offered(lockstep, self.parameters.rate_hz)
         self._commanding = Publishers(self, WrenchStamped, "cmd_wrench")
-        self._guiding = Publishers(self, ReferenceState, "reference")
+        self._guiding = self.sources(ReferenceState, "reference")
+        self._measuring = [self.sources(kind, topic) for topic, kind in state_topics(self.parameters.odometry.form).items()]
         self._command_out = self.advertise(WrenchStamped, "cmd_wrench", offered, partner=("odom", "allocated_wrench"))
         if lockstep:
             self.connections.allow_one_publisher("cmd_wrench")
@@ -259,11 +279,17 @@ class ControllerNode(ManagedNode):
         """Whether another node commands as well, or two give references, between which the law would jump."""
         return self._commanding.count() > 1 or self._guiding.count() > 1
 
+    def second_source(self) -> str:
+        """That two nodes measure, which ends no run: a driver that was started again may still show its old publisher."""
+        return next(filter(None, (source.conflict() for source in self._measuring)), "")
+
     @property
     def second_command(self) -> str:
-        """That another node commands as well, or two give references, and which."""
+        """That another node commands as well, or two give references or odometry, and which."""
         if guides := self._guiding.conflict():
             return guides
+        if (source := self.second_source()) and self._commanding.count() <= 1:
+            return source
         topic = self.resolve_topic_name("cmd_wrench")
         return f"{Reason.SECOND_PUBLISHER.text}, on {topic}: {self._commanding.others()}"
 

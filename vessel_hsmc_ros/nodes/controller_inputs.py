@@ -15,6 +15,7 @@ from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
 from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason
 from vessel_hsmc_ros.control.safety.samples import (
+    LENGTHS,
     REPEATED,
     DeadReckoning,
     Freshness,
@@ -239,6 +240,18 @@ def read_reference(message: ReferenceState) -> Desired:
     return Desired(Sample(stamp, message.header.frame_id, "", (*motion, *acceleration)), motion, acceleration)
 
 
+def came_back_elsewhere(before: Desired, after: Desired, timeout: float, length: float) -> str:
+    """That a reference was silent and goes on where it cannot have gone meanwhile, as of a node that was started again.
+
+    `timeout`: silence from which on it counts, s. `length`: of the vessel, m. Returns an empty text if it is not so.
+    """
+    a, b, silent = before.motion, after.motion, seconds(after.sample.stamp - before.sample.stamp)
+    moved = math.hypot(b.x - a.x, b.y - a.y)
+    if silent <= timeout or moved <= LENGTHS * length + silent * max(math.hypot(m.u, m.v) for m in (a, b)):
+        return ""
+    return f"the reference was silent for {silent:.1f} s and is now {moved:.1f} m away, at ({b.x:.6g}, {b.y:.6g}) m"
+
+
 class ControllerInputs:
     """The latest odometry and reference that count.
 
@@ -314,8 +327,12 @@ class ControllerInputs:
 
     def take_reference(self, desired: Desired, now: int, received: int) -> None:
         """Take a reference if it counts; the arguments are those of `take_odometry`."""
-        if not self.monitor.take("reference", desired.sample, now, received, desired.wrong):
-            self._desired = desired
+        if self.monitor.take("reference", desired.sample, now, received, desired.wrong):
+            return
+        before, self._desired = self._desired, desired
+        p = self._node.parameters
+        if before and (text := came_back_elsewhere(before, desired, p.input_timeout, p.vessel.length)):
+            self._node.stand_by(text)
 
     def serve(self, now: int, received_now: int, elapsed: int, reason: Reason = Reason.NONE) -> Terms | None:
         """Serve a control period: run the law on the latest odometry and the reference of its time, or else the safe action.
@@ -324,7 +341,7 @@ class ControllerInputs:
         control loop counts it, ns. `reason`: why the law must not command; NONE if it may. Returns the terms of the law; None if
         it has not run.
         """
-        missing = self.monitor.overdue(now, received_now) or self._held_out(now)
+        missing = self.monitor.overdue(now, received_now) or self._held_out(now) or self._out_of_reach()
         if missing or self._measured is None or self._desired is None:
             name, why = missing or ("odometry", Reason.NOT_RECEIVED)
             self.monitor.report_overdue(name, why, now, self._loop.supervision.consequence)
@@ -351,6 +368,16 @@ class ControllerInputs:
         outside = fence_problem(self._measured[1], watch.fence.fence if watch and watch.fence else None)
         return outside or distance_problem(self._measured[1], self._desired.motion, p.vessel.length, p.safety.enable_distance)
 
+    def _out_of_reach(self) -> tuple[str, Reason] | None:
+        """That the reference of a steered vessel is where it would not be enabled: of two places, one is in another frame."""
+        p, measured, desired = self._node.parameters, self._measured, self._desired
+        if p.lockstep or not self._loop.enabled or measured is None or desired is None:
+            return None
+        if text := distance_problem(measured[1], desired.motion, p.vessel.length, p.safety.enable_distance):
+            self.monitor.report(f"{text} {self._loop.supervision.consequence}")
+            return "reference", Reason.JUMP
+        return None
+
     def _held_out(self, now: int) -> tuple[str, Reason] | None:
         """That all odometry for the time-out was held out as jumps, so that its last good sample is too old."""
         old = self._measured is not None and seconds(now - self._measured[0]) > self._node.parameters.input_timeout
@@ -358,6 +385,11 @@ class ControllerInputs:
 
 
 POSES = {"pose_twist": PoseStamped, "pose_covariance_twist": PoseWithCovarianceStamped}
+
+
+def state_topics(form: str) -> dict[str, Any]:
+    """The topics of the measured motion in a form, with their types."""
+    return {"odom": Odometry} if form == "odometry" else {"pose": POSES[form], "twist": TwistStamped}
 
 
 def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile: QoSProfile) -> None:

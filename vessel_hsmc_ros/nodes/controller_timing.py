@@ -297,7 +297,7 @@ class RealTime(Timing):
             return missing[1]
         if min(node.inputs.monitor.fresh.values()) < node.parameters.safety.fresh_samples:
             return Reason.NOT_READY
-        if not self._look():  # what was seen last may have been mended since
+        if not self._look() or self._node.second_source():  # what was seen last may have been mended since
             return Reason.SECOND_PUBLISHER
         return Reason.NONE if node.has_consumer() else Reason.NO_CONSUMER
 

@@ -62,7 +62,7 @@ class Reason(IntEnum):
     VELOCITY = 53, "the measured velocities do not fit the positions", "error"
     FENCE = 54, "the vessel could not stop inside of the fence", "error"
     HEADING = 56, "the measured heading does not fit the motion", "error"
-    SECOND_PUBLISHER = 60, "another node commands as well", "error"
+    SECOND_PUBLISHER = 60, "another node publishes as well", "error"
     NO_CONSUMER = 61, "nothing subscribes to cmd_wrench", "error"
 
 
@@ -206,7 +206,8 @@ class SafetyParameters:
     )
     enable_distance: float = parameter(
         -1.0,
-        "Largest distance of the reference at which ~/enable is accepted in real time; -1: 100 lengths of the vessel; inf: any.",
+        "Largest distance of the reference at which ~/enable is accepted and the law commands, in real time; -1: 100 lengths of"
+        " the vessel; inf: any.",
         unit="m",
         low=-1.0,
         high=math.inf,
