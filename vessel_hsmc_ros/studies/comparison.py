@@ -106,31 +106,27 @@ def run_task(task: Task, progress: Callable[[float], None] | None = None) -> Law
     except (ControlError, SimulationError) as error:
         return replace(outcome, failure=str(error))
     verdict = judge(task.row, run, planned(scenario))
-    return replace(outcome, metrics=measure(task.row, run, scenario, verdict.legs), verdict=verdict, lines=_lines(run))
+    return replace(outcome, metrics=measure(task.row, run, scenario, verdict), verdict=verdict, lines=_lines(run))
 
 
-def measure(row: Row, run: Run, scenario: Scenario, legs: float = math.inf) -> LawMetrics:
-    """Evaluate the metrics of a run over the window of its row.
-
-    `legs`: cross-track error on the planned legs, rms, m; infinite where there are none.
-    """
+def measure(row: Row, run: Run, scenario: Scenario, verdict: Verdict) -> LawMetrics:
+    """Evaluate the metrics of a run over the window of its row, for which the verdict has the position errors."""
     span = run.time[-1] - run.time[0]
     window = run.time >= run.time[0] + WINDOWS[row.over] * span
-    distance = position_error(run.state, run.reference)
     angle = np.degrees(heading_error(run.state, run.reference))
     # Chattering is a property of the steady state: reversals during the transient would hide it.
     settled = run.time[0] + (SETTLED if span > 2.0 * SETTLED else 0.75 * span)
     travels = [travel(run.time, run.wrench[:, i], bound) for i, bound in enumerate(bounds(scenario))]
     return LawMetrics(
-        rms(distance[window]),
-        float(distance[window].max()),
-        float(distance[-1]),
+        verdict.rms,
+        verdict.largest,
+        float(position_error(run.state, run.reference)[-1]),
         rms(angle[window]),
         rms(run.wrench[:, 0]),
         rms(run.wrench[:, 1]),
         max(reversals_per_second(run.time, run.wrench[:, i], settled) for i in (0, 1)),
         sum(math.nan if each is None else each for each in travels),
-        legs if math.isfinite(legs) else None,
+        verdict.legs if math.isfinite(verdict.legs) else None,
     )
 
 

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.parametrize("name", campaign_names())
 def test_the_campaign_can_be_planned_and_takes_at_most_some_thousand_draws(name: str) -> None:
     campaign = Campaign.load(name)
     assert 100 <= campaign.draws <= 1500
-    assert campaign.limits or campaign.limits_in_lengths
+    assert campaign.limits
     assert not campaign.notes
 
 

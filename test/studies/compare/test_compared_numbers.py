@@ -19,7 +19,7 @@ from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.page import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict
+from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.studies import comparison
 from vessel_hsmc_ros.studies.batch import thinned
 from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, measure
@@ -59,7 +59,8 @@ def test_every_metric_of_a_law_is_known_beforehand(over: str, rms: float, larges
     early = TIME - TIME[0] < 100.0
     force = np.where(early, 3e4, 3e4 + 1e4 * np.sign(np.sin(np.pi * TIME + 0.5)))
     moment = np.where(early, 2e5 * np.sign(np.sin(4.0 * np.pi * TIME + 0.5)), 1e5)
-    found = measure(Row("row", over=over), falling(force, moment), LIMITED, legs=7.5)
+    row, run = Row("row", over=over), falling(force, moment)
+    found = measure(row, run, LIMITED, judge(row, run)._replace(legs=7.5))
     expected = LawMetrics(
         position_rms=math.sqrt(rms),
         position_largest=largest,
@@ -78,15 +79,16 @@ def test_every_metric_of_a_law_is_known_beforehand(over: str, rms: float, larges
 
 
 def test_a_law_without_limits_has_no_travel_and_a_run_without_legs_no_error_on_them() -> None:
-    found = measure(Row("row"), falling(0.0 * TIME, 0.0 * TIME), load_scenario("case2_tracking"))
+    run = falling(0.0 * TIME, 0.0 * TIME)
+    found = measure(Row("row"), run, load_scenario("case2_tracking"), judge(Row("row"), run))
     assert math.isnan(found.travel)
     assert found.legs is None
 
 
 def test_the_reversals_of_a_short_run_are_those_of_its_last_quarter() -> None:
     run = falling(np.where(TIME[0] + 150.0 > TIME, np.sign(np.sin(np.pi * TIME + 0.5)), 0.0), 0.0 * TIME)
-    short = {name: getattr(run, name)[:721] for name in run.__dataclass_fields__ if name != "control"}
-    assert measure(Row("row"), Run(**short), LIMITED).reversals == pytest.approx(15.0 / 45.0, abs=0.03)
+    short = Run(**{name: getattr(run, name)[:721] for name in run.__dataclass_fields__ if name != "control"})
+    assert measure(Row("row"), short, LIMITED, judge(Row("row"), short)).reversals == pytest.approx(15.0 / 45.0, abs=0.03)
 
 
 def test_the_lines_of_the_figures_are_time_ship_reference_and_error() -> None:

@@ -215,9 +215,10 @@ def _sampling(entries: Mapping[str, Any], has_grid: bool) -> str:
     return str(method)
 
 
-def _limits(given: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, float]]:
-    """The limits as numbers, and those in lengths of the hull: `{lengths: 0.02}`."""
-    found: tuple[dict[str, float], dict[str, float]] = {}, {}
+def _limits(given: Mapping[str, Any]) -> tuple[dict[str, float], frozenset[str]]:
+    """The limits as numbers, and the names of those in lengths of the hull, `{lengths: 0.02}`, which are last."""
+    absolute: dict[str, float] = {}
+    relative: dict[str, float] = {}
     for name, entry in given.items():
         if name not in Metrics._fields:
             raise ParameterError(f"limits: {name} is not a metric: {schema.suggestion(str(name), Metrics._fields)}")
@@ -225,8 +226,8 @@ def _limits(given: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, float
         limit = entry[LENGTHS] if in_lengths else entry
         if isinstance(limit, bool) or not isinstance(limit, int | float) or not (math.isfinite(limit) and limit >= 0.0):
             raise ParameterError(f"limits: {name} must be a finite number, not below 0, or {{{LENGTHS}: number}} (got {limit})")
-        found[in_lengths][name] = float(limit)
-    return found
+        (relative if in_lengths else absolute)[name] = float(limit)
+    return absolute | relative, frozenset(relative)
 
 
 def _metrics(given: Any) -> tuple[str, ...]:
@@ -266,7 +267,7 @@ class Campaign:
     seed: int  # of all random numbers
     parameters: tuple[Drawn, ...]  # the drawn parameters in the order of the file
     limits: Mapping[str, float]  # largest magnitudes of metrics: a run above any is a failure
-    limits_in_lengths: Mapping[str, float]  # the same in lengths of the hull
+    in_lengths: frozenset[str]  # names of the metrics whose limits are in lengths of the hull
     metrics: tuple[str, ...]  # the metrics that its report shows, the main one first; none for its own choice
     chunk: int  # number of runs in a file of the dataset
 
@@ -416,9 +417,9 @@ class Campaign:
         return values
 
     def limits_of(self, scenario: Scenario) -> dict[str, float]:
-        """All limits of a run, those in lengths as numbers."""
+        """The limits of a run in SI units."""
         length = scenario.vessel_sim.vessel.length
-        return {**self.limits, **{name: limit * length for name, limit in self.limits_in_lengths.items()}}
+        return {name: limit * length if name in self.in_lengths else limit for name, limit in self.limits.items()}
 
     def scenario(self, run: int, changes: Mapping[str, object] | None = None) -> Scenario:
         """The scenario of a run.

@@ -97,7 +97,7 @@ def _notes(results: Results) -> list[str]:
     if not results.campaign.independent and not results.campaign.grids:
         name = results.campaign.sampling.replace("_", " ")
         found.append(f"Draws by {name} are not independent, so no confidence intervals are stated.")
-    if not (results.campaign.limits or results.campaign.limits_in_lengths):
+    if not results.campaign.limits:
         found.append("The campaign has no limits, so only runs that ended early are failures.")
     return found
 
@@ -149,7 +149,7 @@ def colour(results: Results, law: str) -> str:
 
 def _settles(results: Results) -> bool:
     """Whether settling times mean anything: not in surveys and on paths, nor where every error settles at the end of its run."""
-    if SETTLING in {**results.campaign.limits, **results.campaign.limits_in_lengths}:
+    if SETTLING in results.campaign.limits:
         return True
     end = (1.0 - AT_THE_END) * results.campaign.base.vessel_sim.duration
     times = results.cost(SETTLING)
@@ -166,7 +166,7 @@ def _metric(runs: Results, metric: str, every: Results) -> Quantity:
 
 def _unit(metric: str, every: Results) -> tuple[float, str]:
     """The factor that converts a metric to the drawn unit, and this unit."""
-    if metric in every.campaign.limits_in_lengths:
+    if metric in every.campaign.in_lengths:
         return 1.0, "lengths"
     values, unit = every.cost(metric), METRICS[metric][1]
     largest = float(np.max(values, where=np.isfinite(values), initial=0.0))
@@ -190,7 +190,7 @@ def _exceedance(results: Results, metric: str) -> Figure:
         traces.append({**line(value, middle, law, shade, shape="hv"), "hovertemplate": hover})
     drawn = layout(axis, Axis("share of runs above", logarithmic=True), legend=len(curves) > 1)
     drawn["yaxis"] |= {"range": [math.log10(0.5 * smallest), 0.05], "tickformat": "~g"}
-    limit = {**results.campaign.limits, **results.campaign.limits_in_lengths}.get(metric)
+    limit = results.campaign.limits.get(metric)
     return {"title": axis.name, "traces": traces, "layout": drawn | _limit(axis, limit, _unit(metric, results)[0])}
 
 

@@ -265,22 +265,17 @@ class Results:
     def metrics(self) -> tuple[str, ...]:
         """The metrics that any run has, those with limits first."""
         there = [name for name in Metrics._fields if np.isfinite(self.rows[name]).any()]
-        return tuple(dict.fromkeys([name for name in self._limited if name in there] + there))
-
-    @property
-    def _limited(self) -> tuple[str, ...]:
-        """The metrics with limits."""
-        return *self.campaign.limits, *self.campaign.limits_in_lengths
+        return tuple(dict.fromkeys([name for name in self.campaign.limits if name in there] + there))
 
     @property
     def main(self) -> str:
         """The metric by which runs are ranked: the first that the file names, else with a limit, else of the legs or the end."""
-        return next(iter((*self.campaign.metrics, *self._limited)), LEGS if LEGS in self.metrics else ALWAYS[0])
+        return next(iter((*self.campaign.metrics, *self.campaign.limits)), LEGS if LEGS in self.metrics else ALWAYS[0])
 
     @property
     def shown(self) -> tuple[str, ...]:
         """The metrics that are drawn."""
-        named = self.campaign.metrics or (*self._limited, self.main, *ALWAYS)
+        named = self.campaign.metrics or (*self.campaign.limits, self.main, *ALWAYS)
         return tuple(name for name in dict.fromkeys(named) if name in self.metrics)
 
     @cached_property
@@ -300,14 +295,14 @@ class Results:
         One with a limit in lengths of the hull is in lengths.
         """
         values = np.abs(self.rows[metric].astype(float))
-        if metric in self.campaign.limits_in_lengths:
+        if metric in self.campaign.in_lengths:
             values = values / self.rows.get(LENGTH, self.campaign.base.vessel_sim.vessel.length)
         without = math.inf if metric == "settling_time" else 0.0  # no time is spent at a limit that there is not
         return np.where(self.ended_early, math.inf, np.where(np.isnan(values), without, values))
 
     def text(self, metric: str, value: float) -> str:
         """A magnitude of a metric with its unit; a dash where there is none."""
-        in_lengths = metric in self.campaign.limits_in_lengths and math.isfinite(value)
+        in_lengths = metric in self.campaign.in_lengths and math.isfinite(value)
         return f"{value:.3g} lengths" if in_lengths else text(metric, value)
 
     def paired(self, first: str, second: str, metric: str) -> tuple[Array, Array]:
@@ -318,7 +313,7 @@ class Results:
 
     def reasons(self) -> list[tuple[str, int]]:
         """What made runs failures, in general terms, with the number of runs; the most frequent first."""
-        lengths = self.campaign.limits_in_lengths
+        lengths = {name: self.campaign.limits[name] for name in self.campaign.in_lengths}
         return Counter(_general(str(text), lengths) for text in self.rows["failure"][self.failed]).most_common()
 
     def worst(self, count: int) -> NDArray[np.int64]:
