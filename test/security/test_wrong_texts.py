@@ -7,7 +7,7 @@ import pytest
 import yaml
 from hypothesis import given
 
-from vessel_hsmc_ros.bags.mcap_contents import message_offsets
+from vessel_hsmc_ros.bags.mcap_contents import chunk_records
 from vessel_hsmc_ros.bags.topic_columns import read_definition
 from vessel_hsmc_ros.core.exceptions import BagError, VesselHsmcError
 from vessel_hsmc_ros.scenario.parameters_file import read_yaml
@@ -59,7 +59,7 @@ def test_a_definition_of_a_message_that_cannot_be_read_is_refused(text: str, why
 
 def test_a_record_that_ends_behind_its_chunk_is_refused() -> None:
     with pytest.raises(ValueError, match="cut off"):
-        message_offsets(b"\x07" + (1 << 40).to_bytes(8, "little"))
+        chunk_records(b"\x07" + (1 << 40).to_bytes(8, "little"))
 
 
 def test_an_error_is_one_printable_line_of_limited_length() -> None:

@@ -7,7 +7,6 @@ chunks within MCAP files, which metadata.yaml does not declare.
 import heapq
 import re
 import shutil
-import struct
 import tempfile
 import warnings
 from collections.abc import Collection, Iterator, Mapping
@@ -25,7 +24,6 @@ from vessel_hsmc_ros.bags.mcap_contents import (
     chunk_bytes,
     chunk_records,
     file_records,
-    message_offsets,
     read_contents,
 )
 from vessel_hsmc_ros.bags.rosbag2_metadata import METADATA, bag_information
@@ -69,14 +67,14 @@ def decompress_messages(path: Path, records: bytes) -> bytes:
     decompressor = zstandard.ZstdDecompressor()
     parts: list[bytes] = []
     try:
-        for opcode, start, end in chunk_records(records):
-            if opcode != Opcode.MESSAGE:  # schemas and channels are known from the scan or the summary
-                continue
-            _, _, *fields = MESSAGE_HEADER.unpack_from(records, start)
-            data = decompressor.decompressobj().decompress(records[start + MESSAGE_HEADER.size : end])
+        messages, _ = chunk_records(records)  # schemas and channels are known from the scan or the summary
+        for start in heapq.merge(*messages.values()):
+            opcode, length, *fields = MESSAGE_HEADER.unpack_from(records, start)
+            packed = records[start + MESSAGE_HEADER.size : start + RECORD_HEADER.size + length]
+            data = decompressor.decompressobj().decompress(packed)
             parts += [MESSAGE_HEADER.pack(opcode, MESSAGE_FIELDS + len(data), *fields), data]
-    except struct.error:
-        raise BagError(f"{path} is damaged: a record of a chunk is cut off") from None
+    except ValueError as error:
+        raise BagError(f"{path} is damaged: {error}") from None
     except (zstandard.ZstdError, MemoryError) as error:
         raise BagError(f"{path} is damaged: a compressed message cannot be decompressed ({error})") from None
     return b"".join(parts)
@@ -157,7 +155,7 @@ class BagFiles:
 def channel_offsets(contents: Contents, block: bytes) -> dict[int, list[int]]:
     """Offsets of the Message records in a block of a file, by channel."""
     try:
-        offsets = message_offsets(block)
+        offsets, _ = chunk_records(block)
     except ValueError as error:
         raise BagError(f"{contents.path} is damaged: {error}") from None
     if unknown := offsets.keys() - contents.channels.keys():

@@ -67,32 +67,28 @@ def file_records(path: Path) -> Iterator[tuple[int, int, bytes]]:
             start += RECORD_HEADER.size + length
 
 
-def chunk_records(data: bytes) -> Iterator[tuple[int, int, int]]:
-    """Opcode, offset and end of the records in a chunk's uncompressed bytes."""
-    position = 0
-    while position < len(data):
-        opcode, length = RECORD_HEADER.unpack_from(data, position)
-        end = position + RECORD_HEADER.size + length
-        yield opcode, position, end
-        position = end
+def chunk_records(data: bytes) -> tuple[dict[int, list[int]], list[int]]:
+    """Offsets of the records in a chunk's uncompressed bytes: of messages by channel, and of the others.
 
-
-def message_offsets(data: bytes) -> dict[int, list[int]]:
-    """Offsets of the Message records in a chunk's uncompressed bytes, by channel."""
-    offsets: dict[int, list[int]] = defaultdict(list)
+    Raises ValueError if a record is cut off, or shorter than its header.
+    """
+    messages: dict[int, list[int]] = defaultdict(list)
+    others: list[int] = []
     unpack, header_size, position = MESSAGE_HEADER.unpack_from, RECORD_HEADER.size, 0
     padded = data + bytes(MESSAGE_HEADER.size)  # so that the header of a short last record can be unpacked as a message's
     # One unpacking for all kinds of records: this loop visits every message of a bag.
     while position < len(data):
         opcode, length, channel, _, _, _ = unpack(padded, position)
-        if opcode == Opcode.MESSAGE:
-            offsets[channel].append(position)
+        if opcode != Opcode.MESSAGE:
+            others.append(position)
+        else:
+            messages[channel].append(position)
             if length < MESSAGE_FIELDS:
                 raise ValueError("a message is shorter than its header")
         position += header_size + length
     if position != len(data):
-        raise ValueError("cut off")
-    return offsets
+        raise ValueError("a record is cut off")
+    return messages, others
 
 
 DAMAGE = (
@@ -218,21 +214,21 @@ def _add_chunk(contents: Contents, chunk: Chunk, start: int, size: int) -> None:
 
 def _add_messages(contents: Contents, data: bytes) -> dict[int, MessageIndex]:
     """Count the messages of a chunk, and add its schemas and channels; returns the message indexes by channel."""
-    indexes: dict[int, MessageIndex] = {}
-    for opcode, start, end in chunk_records(data):
-        content = start + RECORD_HEADER.size
-        if opcode == Opcode.MESSAGE:
-            _, _, number, _, log_time, _ = MESSAGE_HEADER.unpack_from(data, start)
-            indexes.setdefault(number, MessageIndex(channel_id=number, records=[])).records.append((log_time, start))
-        elif opcode == Opcode.SCHEMA:
-            schema = Schema.read(_stream(data[content:end]))
+    messages, others = chunk_records(data)
+    for start in others:
+        opcode, length = RECORD_HEADER.unpack_from(data, start)
+        content = _stream(data[start + RECORD_HEADER.size : start + RECORD_HEADER.size + length])
+        if opcode == Opcode.SCHEMA:
+            schema = Schema.read(content)
             contents.schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            channel = Channel.read(_stream(data[content:end]))
+            channel = Channel.read(content)
             contents.channels[channel.id] = channel
-    for number, index in indexes.items():
-        contents.counts[number] += len(index.records)
-        times = [log_time for log_time, _ in index.records]
+    indexes = {}
+    for number, offsets in messages.items():
+        times = [MESSAGE_HEADER.unpack_from(data, start)[4] for start in offsets]
+        indexes[number] = MessageIndex(channel_id=number, records=list(zip(times, offsets, strict=True)))
+        contents.counts[number] += len(times)
         contents.extend_times(min(times), max(times))
     return indexes
 

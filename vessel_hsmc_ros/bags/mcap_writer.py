@@ -21,7 +21,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import lz4.frame
-import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -49,12 +48,10 @@ from vessel_hsmc_ros.bags.mcap_contents import (
     MAGIC,
     MESSAGE_FIELDS,
     MESSAGE_HEADER,
-    MESSAGE_HEADER_TYPE,
     MESSAGE_INDEX_HEADER,
     RECORD_HEADER,
     Contents,
 )
-from vessel_hsmc_ros.core.kernel import Array
 
 PAGE = 4096
 HEADER = RECORD_HEADER.size
@@ -234,16 +231,6 @@ def statistics(contents: Contents, chunks: int) -> bytes:
     return record_bytes(record)
 
 
-def _message_records(channel: int, times: Array, messages: Array) -> list[bytes]:
-    """Message records; see `McapFile.add_block`."""
-    header = np.zeros(len(times), MESSAGE_HEADER_TYPE)
-    header["opcode"], header["length"], header["channel"] = Opcode.MESSAGE, MESSAGE_FIELDS + messages.shape[1], channel
-    header["log_time"] = header["publish_time"] = times
-    rows = np.hstack((header.view(np.uint8).reshape(len(times), -1), messages))
-    data, size = rows.tobytes(), rows.shape[1]
-    return [data[start : start + size] for start in range(0, len(data), size)]
-
-
 def record_bytes(record: McapRecord) -> bytes:
     """A record of the `mcap` library, encoded."""
     builder = RecordBuilder()
@@ -266,14 +253,16 @@ class McapFile:
     """Writes schemas, channels, messages, attachments and metadata into one new file.
 
     After a method has failed, nothing but `abandon` is allowed. `path`: the file, which must not exist. `compression`: of the
-    chunks: none, lz4 or zstd.
+    chunks: none, lz4 or zstd. `before`: the contents of the bag's file before, whose schemas and channels it shares.
 
     Attributes:
         contents: The written records and their locations.
     """
 
-    def __init__(self, path: Path, compression: str) -> None:
+    def __init__(self, path: Path, compression: str, before: Contents | None = None) -> None:
         self.contents = Contents(path, profile="ros2")
+        if before:
+            self.contents.schemas, self.contents.channels = before.schemas, before.channels
         self._compression = compression
         self._index, self._chunks = bytearray(), 0  # encoded: a long recording has many chunks
         self._file = CrashSafeFile(path, MAGIC + record_bytes(Header("ros2", "vessel_hsmc_ros")))
@@ -285,6 +274,8 @@ class McapFile:
         self._summarised: tuple[int, ...] = ()
         self._definitions = b""
         self._pending: list[bytes] = []
+        for record in (*self.contents.schemas.values(), *self.contents.channels.values()):
+            self._add_to_chunk(record_bytes(record))
 
     @property
     def size(self) -> int:
@@ -324,30 +315,6 @@ class McapFile:
         self._chunk_size += MESSAGE_HEADER.size + len(data)
         if self._chunk_size > CHUNK_SIZE:
             self.commit()
-
-    def add_block(self, parts: Sequence[tuple[int, Array, Array]]) -> None:
-        """Append messages of several channels in the order of their times, into the chunks that `add_message` would make.
-
-        `parts`: channel, times of publication and receipt, ns, (n,), and serialised messages of one size, uint8, (n, size).
-        """
-        records = [record for part in parts for record in _message_records(*part)]
-        channels, times = (np.concatenate(each) for each in zip(*((np.full(len(t), c), t) for c, t, _ in parts), strict=True))
-        order = np.argsort(times, kind="stable")
-        channels, times = channels[order], times[order]
-        sizes = np.array([len(record) for record in records])[order]
-        ends = np.cumsum(sizes)
-        begin = 0
-        while begin < len(order):
-            shift = self._chunk_size - int(ends[begin] - sizes[begin])
-            end = min(int(np.searchsorted(ends, CHUNK_SIZE - shift, "right")) + 1, len(order))
-            self._chunk += [records[i] for i in order[begin:end].tolist()]
-            entries = np.column_stack((times, ends - sizes + shift))[begin:end]
-            for channel in dict.fromkeys(channels[begin:end].tolist()):
-                chosen = entries[channels[begin:end] == channel]
-                self._entries.setdefault(channel, []).extend(chosen.ravel().tolist())
-            self._chunk_size, begin = int(ends[end - 1]) + shift, end
-            if self._chunk_size > CHUNK_SIZE:
-                self.commit()
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
         """Append an attachment, a small file that is stored with the messages.

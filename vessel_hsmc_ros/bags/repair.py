@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
@@ -9,7 +10,7 @@ from mcap.data_stream import RecordBuilder
 from vessel_hsmc_ros.bags.files import bag_files
 from vessel_hsmc_ros.bags.mcap_contents import FIRST_PRIVATE, RECORD_HEADER, Contents, read_contents, scan
 from vessel_hsmc_ros.bags.mcap_writer import ending_of, is_being_written
-from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, bag_information, metadata, offered_qos, write_metadata
+from vessel_hsmc_ros.bags.rosbag2_metadata import bag_information, metadata, write_metadata
 from vessel_hsmc_ros.bags.writer import RECORDING
 from vessel_hsmc_ros.core.exceptions import BagError
 
@@ -92,29 +93,18 @@ def _complete(contents: Contents) -> None:
 
 
 def _write_metadata(directory: Path, files: Sequence[Contents], missing: Sequence[str]) -> None:
-    """Write metadata.yaml: topics in the order of their first appearance, counts over all files, and which files are missing."""
-    topics: dict[str, Topic] = {}
-    entries = []
+    """Write metadata.yaml anew, with the facts about the recording that the files and the former one have."""
     before = bag_information(directory, strict=False)
     notes: dict[str, str] = {}
-    for contents in files:
-        for channel in contents.channels.values():
-            schema = contents.schemas.get(channel.schema_id)
-            kind, text = (schema.name, schema.data.decode(errors="replace")) if schema else ("", "")
-            qos, type_hash = offered_qos(channel), channel.metadata.get("topic_type_hash", "")
-            new = Topic(channel.topic, kind, text, type_hash, qos, channel.message_encoding)
-            topics.setdefault(channel.topic, new).count += contents.counts[channel.id]
-        entries.append(FileEntry(contents.path.name, contents.start_time, contents.end_time, contents.counts.total()))
-        for _, _, record in contents.metadata:
-            if record.name == RECORDING:
-                notes |= record.metadata
+    for _, _, record in chain.from_iterable(contents.metadata for contents in files):
+        if record.name == RECORDING:
+            notes |= record.metadata
     # The notes in a file are those of its beginning or its end; metadata.yaml is brought up to date in between.
     notes |= before.get("custom_data") or {}
     notes |= {"missing_files": ", ".join(missing)} if missing else {}
-    information = metadata(list(topics.values()), entries, notes | {"recovered": "true"})
     # How rosbag2 compressed each message is written nowhere else.
     kept = {key: before[key] for key in ("compression_format", "compression_mode") if key in before}
-    write_metadata(directory, information | kept)
+    write_metadata(directory, metadata(files, notes | {"recovered": "true"}) | kept)
 
 
 def _ending(contents: Contents) -> bytes:

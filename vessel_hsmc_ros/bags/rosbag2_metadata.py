@@ -1,13 +1,15 @@
 """A bag's metadata.yaml and the QoS profiles in it, in the form that rosbag2 of ROS 2 Jazzy writes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from copy import deepcopy
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 from mcap.records import Channel
 
+from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
 
@@ -18,29 +20,6 @@ _INFINITE = (9223372036, 854775807)
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
-@dataclass
-class Topic:
-    """A recorded topic."""
-
-    name: str
-    kind: str  # its message type, such as `nav_msgs/msg/Odometry`
-    definition: str  # the type's text in the form ros2msg with all types that it uses
-    type_hash: str  # RIHS01 hash of the type
-    qos: list[dict[str, Any]]  # the profiles that its publishers offered, as `qos_entry` gives them
-    encoding: str = "cdr"
-    count: int = field(default=0, init=False)  # number of messages so far
-    channel: int = field(default=0, init=False)  # id of its channel in the current file
-
-
-class FileEntry(NamedTuple):
-    """One file of a bag: name, first and last log time [ns], messages."""
-
-    name: str
-    start: int | None
-    end: int
-    messages: int
-
-
 def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
     """Replace a bag's metadata.yaml in one step: a concurrent reader finds the complete old or the complete new text."""
     # Renaming within a folder is atomic; writing is not.
@@ -49,38 +28,44 @@ def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
     new.replace(directory / METADATA)
 
 
-def metadata(topics: Sequence[Topic], files: Sequence[FileEntry], notes: Mapping[str, str]) -> dict[str, Any]:
+def metadata(files: Sequence[Contents], notes: Mapping[str, str]) -> dict[str, Any]:
     """The content of metadata.yaml below its top key.
 
-    `notes`: further texts by name, its `custom_data`.
+    `files`: what each file contains. `notes`: further texts by name, its `custom_data`.
     """
-    starts = [file.start for file in files if file.start is not None]
-    start, end = min(starts, default=0), max(file.end for file in files)
+    topics: dict[str, dict[str, Any]] = {}
+    for contents in files:
+        for channel in contents.channels.values():
+            if channel.topic not in topics:
+                topics[channel.topic] = {"topic_metadata": _described(contents, channel), "message_count": 0}
+            topics[channel.topic]["message_count"] += contents.counts[channel.id]
+    starts = [contents.start_time for contents in files if contents.start_time is not None]
     return {
         "version": VERSION,
         "storage_identifier": "mcap",
-        **_span(start, end),
-        "message_count": sum(file.messages for file in files),
-        "topics_with_message_count": [
-            {
-                "topic_metadata": {
-                    "name": topic.name,
-                    "type": topic.kind,
-                    "serialization_format": topic.encoding,
-                    "offered_qos_profiles": topic.qos,
-                    "type_description_hash": topic.type_hash,
-                },
-                "message_count": topic.count,
-            }
-            for topic in topics
-        ],
+        **_span(min(starts, default=0), max(contents.end_time for contents in files)),
+        "message_count": sum(contents.counts.total() for contents in files),
+        "topics_with_message_count": list(topics.values()),
         # Of rosbag2's own compression; that of MCAP chunks is not declared here.
         "compression_format": "",
         "compression_mode": "",
-        "relative_file_paths": [file.name for file in files],
-        "files": [{"path": f.name, **_span(f.start or 0, f.end), "message_count": f.messages} for f in files],
+        "relative_file_paths": [contents.path.name for contents in files],
+        "files": [
+            {"path": c.path.name, **_span(c.start_time or 0, c.end_time), "message_count": c.counts.total()} for c in files
+        ],
         "custom_data": dict(notes),
         "ros_distro": "jazzy",
+    }
+
+
+def _described(contents: Contents, channel: Channel) -> dict[str, Any]:
+    schema = contents.schemas.get(channel.schema_id)
+    return {
+        "name": channel.topic,
+        "type": schema.name if schema else "",
+        "serialization_format": channel.message_encoding,
+        "offered_qos_profiles": offered_qos(channel),
+        "type_description_hash": channel.metadata.get("topic_type_hash", ""),
     }
 
 
@@ -147,8 +132,13 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
 
 def offered_qos(channel: Channel) -> list[dict[str, Any]]:
     """The QoS profiles of a channel's publishers; none where they cannot be read."""
+    return deepcopy(_profiles(channel.metadata.get("offered_qos_profiles", "")))
+
+
+@lru_cache(maxsize=256)  # many topics have the same, and the metadata of a bag are written again and again
+def _profiles(text: str) -> list[dict[str, Any]]:
     try:
-        found = read_yaml(channel.metadata.get("offered_qos_profiles", ""))
+        found = read_yaml(text)
     except yaml.YAMLError:
         return []
     return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []

@@ -1,9 +1,10 @@
 """A bag from the content of a run's messages, as the recorder writes it in lockstep; the counterpart of `run_from_bag`."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -91,14 +92,15 @@ class Stream:
     stamps: NDArray[np.int64]
     columns: Mapping[str, Array]
 
-    def messages(self, begin: int, end: int) -> tuple[Topic, Array, Array]:
-        """Topic, stamps and serialised messages with begin <= stamp < end."""
+    def messages(self, begin: int, end: int) -> Iterator[tuple[int, Topic, bytes]]:
+        """Stamp, topic and serialised form of the messages with begin <= stamp < end."""
         first, last = np.searchsorted(self.stamps, (begin, end))
         stamps = self.stamps[first:last]
         sec, nanosec = np.divmod(stamps, NANOSECONDS)
         stamp = "clock" if "clock.sec" in self.encoder.fields else "header.stamp"
         columns = {name: values[first:last] for name, values in self.columns.items()}
-        return self.topic, stamps, self.encoder.encode({f"{stamp}.sec": sec, f"{stamp}.nanosec": nanosec, **columns})
+        rows = self.encoder.encode({f"{stamp}.sec": sec, f"{stamp}.nanosec": nanosec, **columns})
+        return ((time, self.topic, row.tobytes()) for time, row in zip(stamps.tolist(), rows, strict=True))
 
 
 def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
@@ -112,7 +114,9 @@ def write_bag(directory: Path, published: Published, scenario: Scenario) -> int:
         writer.add_topic(stream.topic)
     edges = [*published.stamp[::BLOCK].tolist(), np.iinfo(np.int64).max]
     for begin, end in pairwise(edges):
-        writer.write_block([stream.messages(begin, end) for stream in streams])
+        messages = chain.from_iterable(stream.messages(begin, end) for stream in streams)
+        for stamp, topic, data in sorted(messages, key=itemgetter(0)):
+            writer.write(topic, data, stamp, stamp)
     writer.close()
     return writer.message_count
 

@@ -1,20 +1,23 @@
 """Writes bags in the format of rosbag2: a folder of MCAP files with metadata.yaml. Needs no ROS installation."""
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from shutil import rmtree
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vessel_hsmc_ros.bags.mcap_writer import McapFile
-from vessel_hsmc_ros.bags.rosbag2_metadata import FileEntry, Topic, metadata, qos_entry, write_metadata, yaml_text
+from vessel_hsmc_ros.bags.rosbag2_metadata import metadata, qos_entry, write_metadata, yaml_text
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.install_paths import __version__
-from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.timing import NANOSECONDS
+
+if TYPE_CHECKING:
+    from vessel_hsmc_ros.bags.mcap_contents import Contents
 
 __all__ = ["PARAMETERS", "RECORDING", "SCENARIO", "BagWriter", "Splitting", "Topic", "qos_entry"]
 
@@ -31,6 +34,18 @@ class Splitting:
 
     size: int = 0
     duration: float = 0.0
+
+
+@dataclass
+class Topic:
+    """A recorded topic."""
+
+    name: str
+    kind: str  # its message type, such as `nav_msgs/msg/Odometry`
+    definition: str  # the type's text in the form ros2msg with all types that it uses
+    type_hash: str  # RIHS01 hash of the type
+    qos: list[dict[str, Any]]  # the profiles that its publishers offered, as `qos_entry` gives them
+    channel: int = field(default=0, init=False)  # id of its channel in every file
 
 
 class BagWriter:
@@ -59,9 +74,8 @@ class BagWriter:
         self.message_count = 0
         self._compression = compression
         self._splitting = splitting or Splitting()
-        self._topics: list[Topic] = []
         self._attachments: dict[str, str] = {}
-        self._finished: list[FileEntry] = []
+        self._files: list[Contents] = []
         self._split_after = -1
         self._ended: BagError | None = None  # why nothing more can be written
         self._abandon: Callable[[], None] = lambda: None
@@ -80,8 +94,11 @@ class BagWriter:
     def add_topic(self, topic: Topic) -> None:
         """Open a channel for a topic; metadata.yaml has it from the next flush on."""
         self._require_open()
-        self._open_channel(topic)
-        self._topics.append(topic)
+        ids = {schema.name: number for number, schema in self._file.contents.schemas.items()}
+        schema = ids.get(topic.kind) or self._file.add_schema(topic.kind, topic.definition)
+        # The same profiles as in metadata.yaml: where the two differ, some readers find no message.
+        described = {"offered_qos_profiles": yaml_text(topic.qos), "topic_type_hash": topic.type_hash}
+        topic.channel = self._file.add_channel(topic.name, schema, described)
         self._described = False
 
     def attach(self, name: str, text: str) -> None:
@@ -112,19 +129,7 @@ class BagWriter:
             self._file.add_message(topic.channel, log_time, data, publish_time)
         except OSError as error:
             raise self._failed(error) from None
-        topic.count += 1
         self.message_count += 1
-
-    def write_block(self, parts: Sequence[tuple[Topic, Array, Array]]) -> None:
-        """Append messages of several topics in the order of their times; their file is not split.
-
-        `parts`: topic, times of publication and receipt, ns, (n,), and serialised messages of one size, uint8, (n, size).
-        """
-        with self._bag_errors():
-            self._file.add_block([(topic.channel, times, messages) for topic, times, messages in parts])
-        for topic, times, _ in parts:
-            topic.count += len(times)
-            self.message_count += len(times)
 
     def flush(self) -> None:
         """Pass all messages to the operating system, so that they survive the end of this process."""
@@ -149,23 +154,15 @@ class BagWriter:
     # -- files --------------------------------------------------------------------------------------------------------
 
     def _begin_file(self) -> None:
-        name = f"{self.directory.name}_{len(self._finished)}.mcap"
-        self._file = McapFile(self.directory / name, self._compression)
+        name = f"{self.directory.name}_{len(self._files)}.mcap"
+        self._file = McapFile(self.directory / name, self._compression, self._files[-1] if self._files else None)
+        self._files.append(self._file.contents)
         self._abandon = self._file.abandon
-        for topic in self._topics:
-            self._open_channel(topic)
         # In every file, so that a file can be interpreted without its neighbours.
         self._file.add_metadata(RECORDING, self.notes)
         for attached, text in self._attachments.items():
             self._file.add_attachment(attached, "application/yaml", text.encode())
         self._file.commit()
-
-    def _open_channel(self, topic: Topic) -> None:
-        ids = {schema.name: number for number, schema in self._file.contents.schemas.items()}
-        schema = ids.get(topic.kind) or self._file.add_schema(topic.kind, topic.definition)
-        # The same profiles as in metadata.yaml: where the two differ, some readers find no message.
-        described = {"offered_qos_profiles": yaml_text(topic.qos), "topic_type_hash": topic.type_hash}
-        topic.channel = self._file.add_channel(topic.name, schema, described)
 
     def _begin_duration(self, log_time: int) -> None:
         """Let the duration of a file count from its first message, ns."""
@@ -175,22 +172,14 @@ class BagWriter:
         self._file.commit()
         self._file.add_metadata(RECORDING, self.notes)
         if last:
-            information = metadata(self._topics, [*self._finished, self._entry()], self.notes)
-            self._file.add_metadata("rosbag2", {"serialized_metadata": yaml_text(information)})
+            self._file.add_metadata("rosbag2", {"serialized_metadata": yaml_text(metadata(self._files, self.notes))})
         self._file.close()
-        self._finished.append(self._entry())
-
-    def _entry(self) -> FileEntry:
-        contents = self._file.contents
-        return FileEntry(contents.path.name, contents.start_time, contents.end_time, contents.counts.total())
+        self._file.contents.attachments.clear()  # not needed any more: they would fill the memory of a long recording
 
     def _write_metadata(self) -> None:
         """Also at the start, so that the folder of a recorder that is killed can be recognised as a bag."""
         self._described = True
-        files = self._finished
-        if len(files) == 0 or files[-1].name != self._file.contents.path.name:
-            files = [*files, self._entry()]
-        write_metadata(self.directory, metadata(self._topics, files, self.notes))
+        write_metadata(self.directory, metadata(self._files, self.notes))
 
     @contextmanager
     def _bag_errors(self) -> Iterator[None]:
