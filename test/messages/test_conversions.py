@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bag_making import STATUS, STORE, message
+from bag_making import STORE
 from message_reading import read_acceleration, read_control_state, read_disturbance
 from rclpy.serialization import deserialize_message
 from vessel_hsmc_msgs.msg import ControlState
@@ -77,7 +77,7 @@ def test_diagnostics_are_those_of_the_nodes_directly_in_a_namespace(namespace: s
     entry = STORE.types["diagnostic_msgs/msg/DiagnosticStatus"]
     names = {"a": "in the root", "alpha/a": "in alpha", "alpha/beta/a": "below alpha", "a: inputs": "one task"}
     status = [entry(level=0, name=name, message=text, hardware_id="", values=[]) for name, text in names.items()]
-    read = conversions.read_status(message(STATUS, 0, np.random.default_rng(1), status=status), namespace)
+    read = conversions.read_status(status, namespace)
     assert {node: values["message"] for node, values in read.items()} == expected
 
 

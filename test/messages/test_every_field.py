@@ -146,6 +146,6 @@ def test_the_status_of_a_node_is_that_of_the_namespace_and_of_no_task() -> None:
 
     names = ["controller", "controller: timing", "alpha/controller", "alpha/controller: command", "alpha/beta/controller"]
     message = DiagnosticArray(status=[status(name) for name in names])
-    assert conv.read_status(message, "") == {"controller": {"message": "of controller", "law": "guided"}}
-    assert conv.read_status(message, "alpha/") == {"controller": {"message": "of alpha/controller", "law": "guided"}}
-    assert conv.read_status(message, "gamma/") == {}
+    assert conv.read_status(message.status, "") == {"controller": {"message": "of controller", "law": "guided"}}
+    assert conv.read_status(message.status, "alpha/") == {"controller": {"message": "of alpha/controller", "law": "guided"}}
+    assert conv.read_status(message.status, "gamma/") == {}

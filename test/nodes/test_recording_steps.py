@@ -90,7 +90,8 @@ def test_in_lockstep_a_message_has_its_stamp_for_both_of_its_times_and_the_wall_
     bench: Any, tmp_path: Path
 ) -> None:
     node, _ = recorder_of(bench, tmp_path, True, lockstep=True)
-    topic = node._writer._topics[0]
+    topic = Topic("/other", KIND, definition(KIND), "", [])
+    node._writer.add_topic(topic)
     record, message = node._recorder_of(topic, raw.message_class(KIND), True), conv.new_wrench()
     message.header.stamp = conv.time_message(7_250_000_000)
     record(

@@ -60,19 +60,18 @@ def test_of_the_paths_that_were_sent_those_that_were_taken_are_planned_from_thei
     last = [(50.0, 0.0), (50.0, 90.0)]
 
     def sent(points: list[tuple[float, float]]) -> Any:
-        poses = [SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=x, y=y))) for x, y in points]
-        return SimpleNamespace(poses=poses)
+        return [SimpleNamespace(pose=SimpleNamespace(position=SimpleNamespace(x=x, y=y))) for x, y in points]
 
     class Sent:
         """A bag with three paths, whose reference begins at 12 s."""
 
-        topics: ClassVar[Any] = {"/path": [1], "/reference": SimpleNamespace(stamp=np.array([13, 12]) * 10**9)}
+        topics: ClassVar[Any] = {
+            "/path": {"poses": [sent(points) for points in (refused, taken, last)]},
+            "/reference": SimpleNamespace(stamp=np.array([13, 12]) * 10**9),
+        }
 
         def readable(self, topic: str) -> bool:
             return topic in self.topics
-
-        def messages(self, _: str) -> Any:
-            return [("/path", 0, sent(points)) for points in (refused, taken, last)]
 
     given: list[Any] = []
     scenario = load_scenario("waypoints")

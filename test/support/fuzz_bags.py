@@ -34,9 +34,9 @@ def message(data: bytes) -> bool:
     decoder._layouts, decoder._irregular = {}, False
     starts, sizes = np.array([0, len(valid)]), np.array([len(valid), len(data)])
     one, expected = decided(lambda: decoder.deserialize(data)), _independent(data)
-    many = decided(lambda: decoder.columns(valid + data, starts, sizes, decoder.fields))
-    if not (one is None) == (many is None) == (expected is None):
-        raise Finding(f"read by itself: {one is not None}, in columns: {many is not None}, by rosbags: {expected is not None}")
+    many, readable = decoder.columns(valid + data, starts, sizes, decoder.fields)
+    if not (one is not None) == readable[1] == (expected is not None):
+        raise Finding(f"read by itself: {one is not None}, in columns: {readable[1]}, by rosbags: {expected is not None}")
     if one is None:
         return False
     for name in decoder.fields:

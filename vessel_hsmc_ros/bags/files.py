@@ -98,12 +98,14 @@ class BagFiles:
     """The files of an opened bag; those that rosbag2 compressed are decompressed into a temporary folder.
 
     Attributes:
+        path: The folder or file.
         information: The content of metadata.yaml; empty for a bare file.
         contents: What each file contains, in order.
         missing: Names of further files that metadata.yaml has, and the folder has not.
     """
 
     def __init__(self, path: Path) -> None:
+        self.path = path
         files, self.missing, _ = bag_files(path)
         self.information = bag_information(path) if path.is_dir() else {}
         self._compressed_messages = messages_are_compressed(path, self.information)

@@ -37,7 +37,7 @@ from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioEr
 from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.node_list import ALLOCATION
 from vessel_hsmc_ros.core.timing import seconds
-from vessel_hsmc_ros.messages.conversions import nanoseconds, read_status
+from vessel_hsmc_ros.messages.conversions import read_status
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.parameters import NODES, declared, read_parameters
@@ -308,8 +308,8 @@ class Bag:
         if events is None:
             return []
         start = int(odometry.stamp.min()) if odometry is not None else self.start_time
-        messages = [message for _, _, message in self.messages(events.name)]
-        found = [Event(seconds(nanoseconds(m.header.stamp) - start), m.node, m.kind, m.text) for m in messages]
+        columns = (events.stamp - start, *(events[name] for name in ("node", "kind", "text")))
+        found = [Event(seconds(time), *texts) for time, *texts in zip(*(each.tolist() for each in columns), strict=True)]
         return sorted(found, key=lambda event: event.time)
 
     def diagnostics(self, namespace: str | None = None) -> dict[str, dict[str, str]]:
@@ -323,8 +323,8 @@ class Bag:
         """
         prefix = self.namespace(namespace)
         status: dict[str, dict[str, str]] = {}
-        for _, _, message in self.messages("/diagnostics") if self.readable("/diagnostics") else ():
-            status.update(read_status(message, prefix[1:]))
+        for statuses in self["/diagnostics"]["status"] if self.readable("/diagnostics") else ():
+            status.update(read_status(statuses, prefix[1:]))
         return status
 
     def readable(self, name: str) -> bool:

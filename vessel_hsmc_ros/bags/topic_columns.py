@@ -11,8 +11,10 @@ each element of an array, which takes long for a large one.
 import math
 import re
 import struct
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache, partial
 from operator import attrgetter
@@ -27,7 +29,7 @@ from rosbags.typesys import get_types_from_msg
 from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets
 from vessel_hsmc_ros.bags.mcap_contents import MESSAGE_FIELDS, MESSAGE_HEADER, MESSAGE_HEADER_TYPE
 from vessel_hsmc_ros.bags.rosbag2_metadata import offered_qos
-from vessel_hsmc_ros.core.exceptions import BagError
+from vessel_hsmc_ros.core.exceptions import BagError, BagWarning
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
 Array = NDArray[Any]
@@ -115,6 +117,7 @@ class MessageDecoder:
     Attributes:
         fields: The dotted names of all fields, down to numbers, strings and lists.
         wide: Arrays of more than MAX_NARROW_ARRAY elements, and sequences, whose lengths differ from message to message.
+        damage: What is wrong with the first message that `columns` has left out; empty for none.
     """
 
     def __init__(self, topic: str, kind: str, definition: str) -> None:
@@ -132,6 +135,7 @@ class MessageDecoder:
         }
         self._layouts: dict[int, Layout] = {}  # by the size of messages
         self._irregular = False
+        self.damage = ""
 
     def _fields(self, kind: str, prefix: str) -> Iterator[tuple[str, Nodetype, Any]]:
         for name, (node, detail) in self._types[kind][1]:
@@ -158,19 +162,32 @@ class MessageDecoder:
         except (IndexError, ValueError, struct.error) as error:
             raise BagError(f"a message of {self._topic} is not a {self._kind}: {' '.join(str(error).split())}") from None
 
-    def columns(self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array]:
+    def columns(
+        self, data: bytes, starts: Array, sizes: Array, names: Sequence[str]
+    ) -> tuple[dict[str, Array], NDArray[np.bool_]]:
         """Decode some fields of many messages into columns.
 
-        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,). Returns columns by name, each with n
-        rows.
+        `starts`: offset of each message, (n,). `sizes`: bytes of each message, (n,). Returns columns by name, with a row for
+        each message that is not damaged, and which messages those are, (n,).
         """
-        columns = None if self._irregular else self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names)
-        if columns is not None:
-            return columns
+        if not self._irregular:
+            with suppress(BagError):  # of a damaged message
+                if columns := self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names):
+                    return columns, np.full(len(starts), True)
         self._irregular = True  # the fast way is not tried again with the topic's next messages
         ends = (starts + sizes).tolist()
-        messages = [self.deserialize(data[start:end]) for start, end in zip(starts.tolist(), ends, strict=True)]
-        return {name: _column([attrgetter(name)(message) for message in messages]) for name in names}
+        found = [self._undamaged(data[start:end]) for start, end in zip(starts.tolist(), ends, strict=True)]
+        messages = [message for message in found if message is not None]
+        columns = {name: _column([attrgetter(name)(message) for message in messages]) for name in names}
+        return columns, np.array([message is not None for message in found])
+
+    def _undamaged(self, data: bytes) -> Any:
+        """A message; None for one that is damaged, which is noted."""
+        try:
+            return self.deserialize(data)
+        except BagError as error:
+            self.damage = self.damage or str(error)
+            return None
 
     def _by_size(self, view: Array, starts: Array, sizes: Array, names: Sequence[str]) -> dict[str, Array] | None:
         """All messages of one size together; None when messages of a size have different layouts."""
@@ -285,9 +302,11 @@ def _joined(parts: Iterable[Array]) -> Array:
 
 
 def _column(values: list[Any]) -> Array:
-    """Values of one field: numbers and strings as such, anything else as objects."""
+    """Values of one field: numbers, strings and lists of numbers of one length as such, anything else as objects."""
     if values and isinstance(values[0], bool | int | float | str):
         return np.array(values)
+    if values and isinstance(values[0], np.ndarray) and len({value.shape for value in values}) == 1:
+        return np.stack(values)
     column = np.empty(len(values), dtype=object)
     column[:] = values
     return column
@@ -301,7 +320,8 @@ class Series:
     """One topic of a bag. `series["pose.pose.position.x"]` is a column: a field of all its messages, in order of log time.
 
     Columns of numbers have the message's own type and the shape (n,), or (n, k) for lists; strings are NumPy strings; lists
-    whose length differs from message to message, and lists of messages, are columns of objects.
+    whose length differs from message to message, and lists of messages, are columns of objects. Damaged messages have no row;
+    a BagWarning counts them.
     """
 
     name: str  # the topic, with its leading slash
@@ -401,18 +421,27 @@ class Series:
         header_bytes = np.frombuffer(block, np.uint8)[starts[:, None] + np.arange(MESSAGE_HEADER.size)]
         headers = header_bytes.view(MESSAGE_HEADER_TYPE).reshape(-1)
         sizes = headers["length"].astype(np.int64) - MESSAGE_FIELDS
-        columns = {name: headers[name] for name in TIMES}
         fields = [name for name in names if name not in TIMES]
-        return columns | self._decoder.columns(block, starts + MESSAGE_HEADER.size, sizes, fields)
+        columns, readable = self._decoder.columns(block, starts + MESSAGE_HEADER.size, sizes, fields)
+        return columns | {name: headers[name][readable] for name in TIMES}
 
     def _keep(self, columns: dict[str, list[Array]]) -> None:
         """Keep what has been read in the order of log time; empties `columns`, which may be most of the memory in use."""
         read = {name: _joined(columns.pop(name)) for name in list(columns)}
         if "log_time" in read:
+            self._check_damage(len(read["log_time"]))
             order = np.argsort(read["log_time"], kind="stable")  # stable: equal times stay in the recorded order
             self._order = None if (np.diff(order) == 1).all() else order
         for name, column in read.items():
             self._columns[name] = column if self._order is None else column[self._order]
+
+    def _check_damage(self, readable: int) -> None:
+        """Report messages that were left out. Raises BagError if none is readable."""
+        if self._decoder.damage and not readable:
+            raise BagError(self._decoder.damage)
+        if self._decoder.damage:
+            left_out = f"{self.count - readable} of {self.count} messages of {self.name} are damaged and left out"
+            warnings.warn(f"bag {self.files.path}: {left_out} ({self._decoder.damage})", BagWarning, stacklevel=2)
 
     @cached_property
     def _decoder(self) -> MessageDecoder:

@@ -244,7 +244,7 @@ class WatchdogNode(PassingNode):
         self.send(self._wrench_out, self._wrench)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
-        for name in conversions.read_status(message, self._prefix).keys() & self._heard_at.keys():
+        for name in conversions.read_status(message.status, self._prefix).keys() & self._heard_at.keys():
             self._heard_at[name] = time.monotonic()
 
     def close(self) -> None:

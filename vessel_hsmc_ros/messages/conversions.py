@@ -22,7 +22,7 @@ from vessel_hsmc_ros.messages.codec import Draft
 from vessel_hsmc_ros.messages.raw import message_class
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Sequence
+    from collections.abc import Callable, Collection, Iterable, Sequence
 
     from builtin_interfaces.msg import Time
     from geometry_msgs.msg import AccelStamped, PoseStamped, Twist, TwistStamped, WrenchStamped
@@ -223,15 +223,15 @@ def read_wrench(message: Any) -> tuple[float, float]:
     return message.wrench.force.x, message.wrench.torque.z
 
 
-def read_status(message: Any, namespace: str) -> dict[str, dict[str, str]]:
+def read_status(statuses: Iterable[Any], namespace: str) -> dict[str, dict[str, str]]:
     """The values in a diagnostics message by node, for the nodes directly in a namespace, not in one below it.
 
-    Each is the status of a node as a whole; those of its diagnostic tasks, named `node: task`, are omitted. `message`: a
-    diagnostic_msgs/DiagnosticArray. `namespace`: without its leading slash: empty for the root, or such as `alpha/`.
+    Each is the status of a node as a whole; those of its diagnostic tasks, named `node: task`, are omitted. `statuses`: those
+    of a diagnostic_msgs/DiagnosticArray. `namespace`: without its leading slash: empty for the root, or such as `alpha/`.
     """
     return {
         status.name.removeprefix(namespace): {"message": status.message, **{v.key: v.value for v in status.values}}
-        for status in message.status
+        for status in statuses
         if status.name.startswith(namespace) and not {"/", ":"}.intersection(status.name.removeprefix(namespace))
     }
 

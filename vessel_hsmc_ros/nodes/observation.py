@@ -129,7 +129,7 @@ class Observation:
         else:
             levels = {status.name: status.level for status in message.status}
             prefix = self._remote.name("")[1:]
-            for node, values in conversions.read_status(message, prefix).items():
+            for node, values in conversions.read_status(message.status, prefix).items():
                 text = values.pop("message")
                 self._nodes[node] = NodeStatus(LEVELS.get(levels[prefix + node], "stale"), text, values)
                 if node == PLANT and "simulated_time" in values:

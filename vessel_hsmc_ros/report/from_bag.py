@@ -135,7 +135,7 @@ def _track(bag: Bag, prefix: str, scenario: Scenario | None, marks: Sequence[Mar
     """
     if not has_legs(scenario) or not bag.readable(f"{prefix}reference"):
         return None
-    messages = [message.poses for _, _, message in bag.messages(f"{prefix}path")] if bag.readable(f"{prefix}path") else []
+    messages = bag.topics[f"{prefix}path"]["poses"] if bag.readable(f"{prefix}path") else ()
     sent = [[(pose.pose.position.x, pose.pose.position.y) for pose in poses] for poses in messages if poses]
     paths = []
     for mark in marks:

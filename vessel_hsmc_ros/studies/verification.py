@@ -170,7 +170,9 @@ def parameter_changes(bag: Bag, namespace: str | None = None) -> list[float]:
     if not bag.readable("/parameter_events"):
         return []
     name = f"{bag.namespace(namespace)}controller"
-    return [seconds(t) for _, t, m in bag.messages("/parameter_events") if m.node == name and len(m.changed_parameters)]
+    events = bag["/parameter_events"]
+    columns = zip(events.log_time.tolist(), events["node"], events["changed_parameters"], strict=True)
+    return [seconds(time) for time, node, changed in columns if node == name and len(changed)]
 
 
 def version_note(bag: Bag) -> str:

@@ -157,9 +157,9 @@ class StatusListener:
         self._node.create_subscription(Event, f"/{self._prefix}{EVENTS}", on_event, qos.EVENTS)
 
     def _on_status(self, message: DiagnosticArray) -> None:
-        latest = conversions.read_status(message, self._prefix)
+        latest = conversions.read_status(message.status, self._prefix)
         for vessel in self._vessels:
-            latest |= {f"{vessel}{node}": status for node, status in conversions.read_status(message, vessel).items()}
+            latest |= {f"{vessel}{node}": status for node, status in conversions.read_status(message.status, vessel).items()}
         self.status.update(latest)
         self.heard_at.update(dict.fromkeys(latest, time.monotonic()))
 
