@@ -102,7 +102,7 @@ def elapsed(work: Callable[[bool], object], interpreted: bool) -> float:
 def nodes() -> Table:
     """Measure what compiled laws would add to the start of the controller node, and what they would save in each step."""
     table = Table("law", "start-up +s", "step µs", "compiled µs", "pays after, steps")
-    for law in ("hierarchical_printed", "guided"):
+    for law in ("hierarchical", "guided"):
         loads = [float(subprocess.check_output([sys.executable, "-c", LOADING.format(law=law)], text=True)) for _ in range(3)]
         slow, fast = step_times(law)
         table.add_row(law, f"{min(loads):.2f}", f"{1e6 * slow:.0f}", f"{1e6 * fast:.1f}", f"{min(loads) / (slow - fast):.0f}")

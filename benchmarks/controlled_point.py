@@ -54,7 +54,7 @@ SPEED, RADIUS, WIND = 2.0, 6.0, 0.1
 def main() -> int:
     """Run everything and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--laws", nargs="+", default=["guided", "los_pid", "hierarchical_printed"])
+    parser.add_argument("--laws", nargs="+", default=["guided", "los_pid", "hierarchical"])
     laws = parser.parse_args().laws
     console = Console(width=120)
     for name in SCENARIOS:

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.simulation.offline import simulate
 
 Array = NDArray[np.float64]
 
-LAWS = ("hierarchical_printed", "guided", "los_pid")
+LAWS = ("hierarchical", "guided", "los_pid")
 MODES = ("lockstep", "real time")
 TOPICS = {"odometry": "odom", "reference": "reference", "command": "cmd_wrench", "processes": ""}
 RATE = 20.0
@@ -41,17 +41,12 @@ SCENARIO = {
     "vessel_sim.rate_hz": RATE,
     "reference_ship.rate_hz": RATE,
     "controller.rate_hz": RATE,
-    "controller.hierarchical_printed.yaw_reaching_gain": 20.0,
-    "controller.hierarchical_printed.surge_reaching_gain": 20.0,
     # The actuators of this ship are instant, and declared so: the guided law then returns fast.
     **{f"controller.vessel.{name}": value for name, value in INSTANT.items()},
     "controller.input_timeout": 0.5,
     "controller.ride_through": True,  # of the undisturbed run too, whose commands are then within the same limits
     "vessel_sim.command_timeout": 2.0,
 }
-
-NOT_RUN = ("hierarchical_printed", "real time")
-"""The law tolerates no late control step, and its node warns of it in real time."""
 
 ACTIVE, SAFE, HANDOVER = 1, 2, 24
 

@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+from fault_judge import LAWS  # type: ignore[import-not-found]
 
 from vessel_hsmc_ros.scenario.fault_script import kind_table, setting_table
 
 matplotlib.use("svg")
 
 GOOD, BAD, NONE = "#2f9e5b", "#c8342b", "#ececec"
-COLUMNS = [(law, mode) for mode in ("lockstep", "real time") for law in ("hierarchical_printed", "guided", "los_pid")]
+COLUMNS = [(law, mode) for mode in ("lockstep", "real time") for law in LAWS]
 
 
 def write_page(path: Path, cells: Sequence[Any], minutes: float) -> None:

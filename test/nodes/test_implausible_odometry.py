@@ -46,11 +46,12 @@ def test_jumps_that_never_agree_lead_to_the_safe_action_once_the_last_good_sampl
     ("spoil", "reason"),
     [
         (lambda odometry: setattr(odometry.pose.pose.orientation, "w", 0.0), ControlState.NOT_FINITE),
+        (lambda odometry: setattr(odometry.pose.pose.position, "y", 1e30), ControlState.NOT_FINITE),
         (lambda odometry: odometry.pose.covariance.__setitem__(7, math.nan), ControlState.UNCERTAIN),
         (lambda odometry: setattr(odometry.header, "frame_id", "map"), ControlState.WRONG_FRAME),
     ],
 )
-def test_odometry_without_orientation_variance_or_frame_is_refused_and_the_state_gives_the_reason(
+def test_odometry_without_orientation_place_variance_or_frame_is_refused_and_the_state_gives_the_reason(
     sea: RealTimePlant, monkeypatch: pytest.MonkeyPatch, spoil: Any, reason: int
 ) -> None:
     sea.start(ControllerNode, law="guided", input_timeout=TIMEOUT)

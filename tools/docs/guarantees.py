@@ -99,7 +99,7 @@ GUARANTEES: tuple[Guarantee, ...] = (
         (f"{FRESH}::test_duplicates_and_reorderings_are_dropped_and_counted",),
     ),
     Guarantee(
-        "a sample is in another frame, not finite, or too uncertain",
+        "a sample is in another frame, not finite, above 1e8, or too uncertain",
         "at once; covariance {controller.safety.freshness.covariance_limit}",
         "-",
         KEPT_SAMPLE,

@@ -15,6 +15,7 @@ from vessel_hsmc_ros.control.interface.law import Terms
 from vessel_hsmc_ros.control.loop.control_loop import ControlLoop
 from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason
 from vessel_hsmc_ros.control.safety.samples import (
+    LARGEST,
     LENGTHS,
     REPEATED,
     DeadReckoning,
@@ -60,7 +61,7 @@ class InputMonitor:
         self._node, self._timeout, self._expected = node, timeout, expected
         self._parameters = parameters = parameters or FreshnessParameters()
         self._topics = {name: node.resolve_topic_name(each.topic) for name, each in expected.items()}
-        self._freshness = {n: Freshness(timeout, parameters, e.frames, e.child_frames) for n, e in expected.items()}
+        self._freshness = {n: Freshness(timeout, parameters, e.frames, e.child_frames, LARGEST) for n, e in expected.items()}
         self._stamps: dict[str, int] = {}
         self._checked: tuple[str, int | None] = "", None
         self._waiting = ""
@@ -165,7 +166,7 @@ class InputMonitor:
         off = seconds(sample.stamp - now)
         p = self._parameters
         texts = {
-            Reason.NOT_FINITE: "must be finite numbers",
+            Reason.NOT_FINITE: f"must have numbers of at most {LARGEST:g} (got {max(sample.values, key=abs):g})",
             Reason.UNCERTAIN: f"must have a variance of at most {p.covariance_limit:g} m² (got {sample.covariance:g} m²)",
             Reason.STAMP_OLD: f"must be stamped at most {self._timeout:g} s ago (got {-off:.3g} s)",
             Reason.STAMP_FUTURE: f"must be stamped at most {p.future_tolerance:g} s ahead (got {off:.3g} s)",

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from vessel_hsmc_ros.control.safety.parameters import FreshnessParameters, Reason
-from vessel_hsmc_ros.control.safety.samples import Freshness, Sample
+from vessel_hsmc_ros.control.safety.samples import LARGEST, Freshness, Sample
 
 MS = 1_000_000
 NOW = 100_000 * MS
@@ -147,3 +147,10 @@ def test_after_a_reset_the_reason_of_an_earlier_refusal_is_no_longer_given() -> 
     assert odom.overdue(NOW, 0) is Reason.NOT_RECEIVED
     assert odom.refused == {Reason.WRONG_FRAME: 1}
     assert odom.accept(odometry(NOW - 100 * MS), NOW, 0) is Reason.NONE, "earlier stamps count again"
+
+
+@pytest.mark.parametrize("value", [LARGEST, math.nextafter(LARGEST, math.inf), 1e30, -1e30, math.inf, math.nan])
+def test_a_number_that_no_vessel_can_have_does_not_count(value: float) -> None:
+    odom = Freshness(0.5, FreshnessParameters(), "odom", "base_link", LARGEST)
+    reason = odom.accept(odometry(values=(0.0, value, 0.0)), NOW, 0)
+    assert reason is (Reason.NONE if abs(value) <= LARGEST else Reason.NOT_FINITE)

@@ -1,9 +1,10 @@
 """Which samples of an input count, and when the last one has become too old.
 
-A sample counts if it was received within T and is stamped within [now - T, now + T_future], later than the last one taken, in one
-of its frames, finite, and with a covariance below its bound; one of zero is not known and counts. A message that names no frame
-is taken to be in the right one. The frames of the first sample taken are those of all that follow: a localisation may publish
-in `odom` and in `map`, which are not the same place. Times are integers in nanoseconds, so that the limits are exact.
+A sample counts if it was received within T and is stamped within [now - T, now + T_future], later than the last one taken,
+in one of its frames, with numbers that a vessel on Earth can have, and with a covariance below its bound; one of zero is
+not known, and counts. A message that names no frame is taken to be in the right one. The frames of the first sample taken
+are those of all that follow: a localisation may publish in `odom` and in `map`, which are not the same place. Times are
+integers in nanoseconds, so that the limits are exact.
 
 Nor does a jump count that no ship makes. Between two samples a ship moves by at most V·dt and turns by at most V/(L/2)·dt, with a
 speed V that no ship of its length has: V = 3·sqrt(g·L), a Froude number of 3. Measurement noise adds a margin of LENGTHS ship
@@ -20,6 +21,7 @@ Why a controller must not be enabled although its inputs are good: another ship'
 """
 
 import math
+import sys
 from collections import Counter
 from collections.abc import Collection, Iterable
 from enum import Enum
@@ -32,6 +34,9 @@ from vessel_hsmc_ros.core.fence import Fence, allowed, clearance
 from vessel_hsmc_ros.core.hull import another_ship, kept
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion, magnitude, to_body, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
+
+LARGEST = 1e8
+"""Largest absolute value of a number in a motion, SI: from any place on Earth a law comes back, from 1e30 m it does not."""
 
 REPEATED = (Reason.DUPLICATE, Reason.OUT_OF_ORDER)
 """Samples that a network may repeat or reorder are dropped and counted, and are no error."""
@@ -52,6 +57,7 @@ class Freshness:
     """The freshness of one input.
 
     `timeout`: T, s. `frame`, `child_frame`: those that the input must have, one or several of which it has one; empty for any.
+    `largest`: the largest absolute value of a number.
 
     Attributes:
         frames: The frames and child frames that are taken, each empty for any.
@@ -65,8 +71,9 @@ class Freshness:
         parameters: FreshnessParameters,
         frame: str | Iterable[str] = (),
         child_frame: str | Iterable[str] = (),
+        largest: float = sys.float_info.max,
     ) -> None:
-        self.parameters = parameters
+        self.parameters, self._largest = parameters, largest
         self.timeout = round(timeout * NANOSECONDS)
         self._tolerance = round(parameters.future_tolerance * NANOSECONDS)
         self._allowed = several(frame), several(child_frame)
@@ -128,7 +135,7 @@ class Freshness:
     def _check(self, sample: Sample, now: int) -> Reason:
         if self.parameters.frames_checked and not self._has_frames(sample):
             return Reason.WRONG_FRAME
-        if not all(map(math.isfinite, sample.values)):
+        if not all(abs(value) <= self._largest for value in sample.values):
             return Reason.NOT_FINITE
         if not sample.covariance <= self.parameters.covariance_limit:
             return Reason.UNCERTAIN
