@@ -20,8 +20,8 @@ from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.preflight.connection import OK, TODO, WRONG, Connection
-from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
+from vessel_hsmc_ros.studies.suite import load_suite
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 

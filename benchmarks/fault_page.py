@@ -1,4 +1,4 @@
-"""The page of the fault matrix: its generated parts, and the picture."""
+"""The page of the fault matrix: its results, and the picture."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -8,8 +8,6 @@ from typing import Any
 import matplotlib
 from fault_judge import LAWS  # type: ignore[import-not-found]
 
-from vessel_hsmc_ros.scenario.fault_script import kind_table, setting_table
-
 matplotlib.use("svg")
 
 GOOD, BAD, NONE = "#2f9e5b", "#c8342b", "#ececec"
@@ -17,7 +15,7 @@ COLUMNS = [(law, mode) for mode in ("lockstep", "real time") for law in LAWS]
 
 
 def write_page(path: Path, cells: Sequence[Any], minutes: float) -> None:
-    """Write the generated parts of the page, between its marks, and the picture beside it.
+    """Write the matrix of the page, between its marks, and the picture beside it.
 
     Args:
         path: The page, which has the marks.
@@ -25,10 +23,8 @@ def write_page(path: Path, cells: Sequence[Any], minutes: float) -> None:
         minutes: How long the matrix took.
     """
     text = path.read_text(encoding="utf-8")
-    for name, content in {"kinds": kind_table(), "settings": setting_table(), "matrix": matrix(cells, minutes)}.items():
-        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
-        text = text.partition(begin)[0] + begin + content + end + text.partition(end)[2]
-    path.write_text(text, encoding="utf-8")
+    begin, end = "<!-- matrix -->\n", "<!-- end of matrix -->"
+    path.write_text(text.partition(begin)[0] + begin + matrix(cells, minutes) + end + text.partition(end)[2], encoding="utf-8")
     draw(path.parent / "images" / "fault_matrix.svg", cells)
 
 

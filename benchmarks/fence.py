@@ -31,10 +31,10 @@ from vessel_hsmc_ros.core.fence import Fence, FenceParameters, clearance, fence_
 from vessel_hsmc_ros.core.kinematics import GRAVITY, Motion
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
-from vessel_hsmc_ros.scenario.suite import Row, load_suite
 from vessel_hsmc_ros.simulation.compilation import compiled
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
 from vessel_hsmc_ros.studies.comparison import Task, prepare
+from vessel_hsmc_ros.studies.suite import Row, load_suite
 
 BATCH = 10_000
 STEPS = 3000  # of the longest stop; a step is at most a 400th of the time that it may take

@@ -20,9 +20,9 @@ from rich.table import Table
 
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.metrics import rms
-from vessel_hsmc_ros.scenario.suite import Row, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
 from vessel_hsmc_ros.studies.comparison import LawRun, Task, compare
+from vessel_hsmc_ros.studies.suite import Row, load_suite
 
 RATES = (10.0, 50.0, 100.0)
 LAWS = ("hierarchical", "guided")

@@ -23,8 +23,8 @@ from vessel_hsmc_ros.control.interface.known_vessel import INSTANT, KnownVessel
 from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
 from vessel_hsmc_ros.core.metrics import Run
-from vessel_hsmc_ros.scenario.suite import Row, Verdict, judge, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
+from vessel_hsmc_ros.studies.suite import Row, Verdict, judge, load_suite
 
 UPDATES = 5000
 LIMITS = {"complete scenario": 0.25, "straight line": 0.15, "slow actuators": 0.4}

@@ -19,11 +19,12 @@ from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
+from vessel_hsmc_ros.scenario.library import SUITES
 from vessel_hsmc_ros.scenario.scenario import scenario_names
-from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.studies import batch
 from vessel_hsmc_ros.studies.comparison import Task, prepare
+from vessel_hsmc_ros.studies.suite import Row, load_suite
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "test" / "support"))
 
@@ -70,7 +71,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
 def main() -> int:
     """Check all cases and print a table of those with an alarm."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--suites", default=",".join(suite_names()))
+    parser.add_argument("--suites", default=",".join(SUITES.names()))
     parser.add_argument("--laws", default="guided,los_pid", help="those that keep to the limits of the vessel")
     parser.add_argument("--duration", type=float, help="length of a run, s; that of the row by default")
     parser.add_argument("--scenarios", action="store_true", help="the scenarios of the package too")

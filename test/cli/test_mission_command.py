@@ -165,7 +165,7 @@ def test_a_mission_of_positions_is_sent_to_the_vessel(reach: Reach, monkeypatch:
         namespaces.append(namespace)
         return nullcontext("remote")
 
-    monkeypatch.setattr("vessel_hsmc_ros.cli.mission.running_vessel", running)
+    monkeypatch.setattr("vessel_hsmc_ros.cli.sailing.running_vessel", running)
     Path("way").write_text(METRES, encoding="utf-8")
     found = reach("vessel_hsmc_ros.nodes.remote.send_path", "mission", "way", "--send", "--detach", "--namespace", "one")
     assert [*found.values()] == ["remote", [(x, y, 0.0) for x, y in LAWN]]

@@ -84,21 +84,20 @@ def test_simulate_takes_changes_folder_and_bag(reach: Reach) -> None:
 
 
 @pytest.mark.parametrize(
-    ("more", "target", "name"),
+    ("more", "target"),
     [
-        ((), "studies.scenario_run.run_nodes", "with_page"),
-        (("--vessels", "2"), "cli.run.run_fleet", "with_page"),
-        (("--vessels", "2", "--spacing", "9"), "cli.run.run_vessels", "output"),
+        ((), "studies.scenario_run.run_nodes"),
+        (("--vessels", "2"), "cli.run.run_fleet"),
+        (("--vessels", "2", "--spacing", "9"), "cli.run.run_vessels"),
     ],
 )
 def test_a_run_without_a_page_requests_none(
-    reach: Reach, monkeypatch: pytest.MonkeyPatch, more: tuple[str, ...], target: str, name: str
+    reach: Reach, monkeypatch: pytest.MonkeyPatch, more: tuple[str, ...], target: str
 ) -> None:
     monkeypatch.setattr("vessel_hsmc_ros.studies.scenario_run.reserve_namespace", lambda *_: nullcontext())
     monkeypatch.setattr("vessel_hsmc_ros.cli.run.reserve_namespaces", lambda *_: nullcontext())
     for options, with_page in (("--no-page",), False), ((), True):
-        found = reach(f"vessel_hsmc_ros.{target}", "run", "case2_straight", *more, *options)[name]
-        assert (found.with_page if name == "output" else found) is with_page
+        assert reach(f"vessel_hsmc_ros.{target}", "run", "case2_straight", *more, *options)["with_page"] is with_page
 
 
 def test_run_takes_changes_folder_namespace_pace_faults_and_live_view(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,7 +144,7 @@ def test_a_script_of_faults_replaces_that_of_the_scenario(reach: Reach, monkeypa
 def test_run_with_vessels_takes_number_and_spacing(reach: Reach) -> None:
     options = "--vessels", 3, "--spacing", -40, "--namespace", "boat", "--output", "there", "--set", f"{DURATION}=2.5"
     found = reach("vessel_hsmc_ros.cli.run.run_vessels", "run", "case2_straight", *options)
-    assert (found["count"], found["spacing"], found["namespace"], found["output"]) == (3, -40.0, "boat", (Path("there"), True))
+    assert (found["count"], found["spacing"], found["namespace"], found["output"]) == (3, -40.0, "boat", Path("there"))
     assert found["base"].vessel_sim.duration == 2.5
 
 
@@ -210,21 +209,21 @@ def test_identify_reads_each_run_with_its_columns_and_namespace(reach: Reach) ->
 
 
 def test_identify_takes_model_vessel_window_and_held_out_runs(reach: Reach, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vessel_hsmc_ros.cli.hull._measurements", lambda path, *_: f"run of {path}")
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.study.measured", lambda path, *_: f"run of {path}")
     options = "--model", "linear", "--vessel", "otter", "--window", 7.5, "--held-out", "three", "--output", "there"
     found = reach("vessel_hsmc_ros.studies.identification.estimate.identify", "identify", "one", "two", *options)
     assert found["runs"] == ["run of one", "run of two"]
     assert (found["model"].name, found["window"]) == ("linear", 7.5)
     assert found["start"].length == read_vessel("otter").values["vessel.length"]
     monkeypatch.setattr("vessel_hsmc_ros.studies.identification.estimate.identify", lambda *_: "found")
-    found = reach("vessel_hsmc_ros.cli.hull._judged", "identify", "one", "two", *options)
+    found = reach("vessel_hsmc_ros.studies.identification.study.judged", "identify", "one", "two", *options)
     assert (found["unused"], found["found"], found["start"].name, found["window"]) == (["run of three"], "found", "Otter", 7.5)
-    monkeypatch.setattr("vessel_hsmc_ros.cli.hull._judged", lambda *_: "judged")
+    monkeypatch.setattr("vessel_hsmc_ros.studies.identification.study.judged", lambda *_: "judged")
     named = "--name", "mine", "--length", 3.5, "--beam", 1.25
-    found = reach("vessel_hsmc_ros.cli.hull._write", "identify", "one", "two", *options, *named)
-    wanted = {"name": "mine", "length": 3.5, "beam": 1.25, "output": Path("there")}
-    assert {key: found["options"][key] for key in wanted} == wanted
-    assert (found["runs"], found["judged"], found["start"].name) == (["run of one", "run of two"], "judged", "Otter")
+    found = reach("vessel_hsmc_ros.studies.identification.study.Target.write", "identify", "one", "two", *options, *named)
+    target = found["self"]
+    assert (target.name, target.folder, target.sizes) == ("mine", Path("there"), {"length": 3.5, "beam": 1.25})
+    assert (found["runs"], found["held_out"], target.start.name) == (["run of one", "run of two"], "judged", "Otter")
 
 
 def test_report_takes_all_that_describes_the_files(reach: Reach) -> None:

@@ -26,7 +26,7 @@ def test_mission_takes_route_datum_legs_speed_and_where_it_goes(reach: Reach, tm
     asked = reach("vessel_hsmc_ros.cli.mission._datum_of_vessel", "mission", "way.gpx", *sent)
     assert (asked["namespace"], asked["datum"]) == ("boat", (63.44, 10.39))
     (tmp_path / "way.csv").write_text("x,y\n40,0\n40,30\n", encoding="utf-8")
-    found = reach("vessel_hsmc_ros.cli.mission._send", "mission", "way.csv", "--send", "--detach", "--namespace", "boat")
+    found = reach("vessel_hsmc_ros.cli.mission.sail", "mission", "way.csv", "--send", "--detach", "--namespace", "boat")
     assert (found["namespace"], found["detach"]) == ("boat", True)
     survey = "--swath", 12.5, "--along", 60
     found = reach("vessel_hsmc_ros.cli.mission.survey_of", "mission", "way.gpx", "--route", "out", *survey)

@@ -12,13 +12,13 @@ from otter_runs import OTTER, otter
 from records import make_run
 
 from vessel_hsmc_ros.cli.command import cli
-from vessel_hsmc_ros.cli.hull import _judged, _rows
 from vessel_hsmc_ros.cli.watch import line, quantities
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import NodeStatus, Snapshot
-from vessel_hsmc_ros.scenario.ship_rules import Step
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.studies.campaign import execute
+from vessel_hsmc_ros.studies.identification.excitation import Step, table
+from vessel_hsmc_ros.studies.identification.study import judged
 
 
 @pytest.mark.parametrize(
@@ -40,7 +40,7 @@ def test_the_largest_yaw_rate_of_a_manoeuvre_is_that_to_either_side(side: float)
     time = np.arange(0.0, 20.0, 0.1)
     turning = np.where(time < 10.0, 0.2, -0.1) * side
     state = np.column_stack([*np.zeros((3, len(time))), np.ones(len(time)), np.zeros(len(time)), turning])
-    rows = _rows([Step("first", 1.0, side, 10.0), Step("second", 0.5, -side, 10.0)], make_run(time, state))
+    rows = table([Step("first", 1.0, side, 10.0), Step("second", 0.5, -side, 10.0)], make_run(time, state))
     assert [row[-1] for row in rows] == ["11.5°/s", "5.7°/s"]
 
 
@@ -48,8 +48,8 @@ def test_a_held_out_run_is_predicted_by_the_start_vessel_before_and_by_the_ident
     run = otter(0, 10.0, rich=True, held=True, duration=30.0)
     start = read_vessel("otter")
     heavier = {name: 1.5 * value for name, value in OTTER.items()}
-    (judged,) = _judged([run], SimpleNamespace(values=heavier, inputs={}), start, 10.0)  # type: ignore[arg-type]
-    before, after = judged.before, judged.prediction
+    (found,) = judged([run], SimpleNamespace(values=heavier, inputs={}), start, 10.0)  # type: ignore[arg-type]
+    before, after = found.before, found.prediction
     assert before is not None
     assert before.rms()["position"] < 0.5 * after.rms()["position"]
 

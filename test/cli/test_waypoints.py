@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.cli.sailing import read_waypoints
+from vessel_hsmc_ros.boats.missions.waypoints import read_waypoints
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 
 

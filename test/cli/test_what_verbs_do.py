@@ -9,7 +9,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from vessel_hsmc_ros.cli import gains, hull, run
+from vessel_hsmc_ros.cli import gains, run
 from vessel_hsmc_ros.cli.command import cli
 from vessel_hsmc_ros.cli.options import compare_with_row
 from vessel_hsmc_ros.control.loop.linearised_law import Margins
@@ -17,6 +17,7 @@ from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario import own_ship
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import load_scenario
+from vessel_hsmc_ros.studies.identification import study
 from vessel_hsmc_ros.studies.scenario_run import Result
 from vessel_hsmc_ros.studies.tuning.plan import Case
 
@@ -191,7 +192,7 @@ def test_every_run_of_an_identification_is_read_with_the_same_columns_and_topics
 ) -> None:
     monkeypatch.chdir(tmp_path)
     read: list[Any] = []
-    monkeypatch.setattr(hull, "_measurements", lambda *given: read.append(given))
+    monkeypatch.setattr(study, "measured", lambda *given: read.append(given))
 
     def estimate(*_: Any) -> None:
         raise click.Abort
@@ -218,7 +219,7 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
     found: Any = SimpleNamespace(values={"a": 1.5, "b": 2.5}, inputs={"gain": 0.75})
     start: Any = SimpleNamespace(values={"a": 11.0, "b": 12.0, "name": "ship"})
     runs: Any = ["one", "two"]
-    judged: Any = hull._judged(runs, found, start, 7.5)
+    judged: Any = study.judged(runs, found, start, 7.5)
     new, old = {"a": 1.5, "b": 2.5}, {"a": 11.0, "b": 12.0}
     assert predicted == [call for name in runs for call in ((new, name, 7.5, {"gain": 0.75}), (old, name, 7.5, None))]
     assert [(each.run, each.prediction, each.before) for each in judged] == [
@@ -226,7 +227,7 @@ def test_a_held_out_run_is_predicted_by_the_identified_ship_and_by_the_one_befor
         ("two", "prediction 3", "prediction 4"),
     ]
     assert [each.load for each in judged] == [(new, name, 7.5, {"gain": 0.75}) for name in runs]
-    assert [each.before for each in hull._judged(runs, found, None, 7.5)] == [None, None]
+    assert [each.before for each in study.judged(runs, found, None, 7.5)] == [None, None]
 
 
 def test_gains_for_programs_are_those_in_use_beside_margins_by_loop(monkeypatch: pytest.MonkeyPatch) -> None:

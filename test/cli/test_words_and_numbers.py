@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 from records import make_run
 
-from vessel_hsmc_ros.cli import boat, comparing, console, hull
+from vessel_hsmc_ros.boats.missions.waypoints import read_waypoints
+from vessel_hsmc_ros.cli import boat, comparing, console
 from vessel_hsmc_ros.cli.console import progress_bar
 from vessel_hsmc_ros.cli.gains import _margins
 from vessel_hsmc_ros.cli.options import compare_with_row, print_json
-from vessel_hsmc_ros.cli.recordings import verdict
-from vessel_hsmc_ros.cli.sailing import SWITCHES, TRIGGERS, read_waypoints
+from vessel_hsmc_ros.cli.sailing import SWITCHES, TRIGGERS
 from vessel_hsmc_ros.cli.watch import _error, quantities
 from vessel_hsmc_ros.control.loop.linearised_law import Margins
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kinematics import Motion
 from vessel_hsmc_ros.nodes.observation import Snapshot
 from vessel_hsmc_ros.scenario.own_ship import OVERRIDES
-from vessel_hsmc_ros.scenario.ship_rules import Step
+from vessel_hsmc_ros.studies.identification.excitation import Step, space, table
 from vessel_hsmc_ros.studies.paper.cases import CLAIMS, REPAIRED, of_law
 from vessel_hsmc_ros.studies.paper.reproduction import load
-from vessel_hsmc_ros.studies.verification import Verification
+from vessel_hsmc_ros.studies.verification import Verification, verdict
 
 
 def test_the_manoeuvres_are_listed_with_their_own_times_inputs_and_speeds() -> None:
@@ -43,11 +43,11 @@ def test_the_manoeuvres_are_listed_with_their_own_times_inputs_and_speeds() -> N
     )
     run = make_run(time, state)
     steps = [Step("first", 1.0, 0.3, 10.0), Step("first", 0.5, -0.3, 30.0), Step("second", -0.4, 0.8, 20.0)]
-    assert hull._rows(steps, run) == [
+    assert table(steps, run) == [
         ["first", "0 to 40 s", "50 to 100 %", "±30 %", "1.00 m/s", "5.7°/s"],
         ["second", "40 to 60 s", "-40 %", "80 %", "5.00 m/s", "11.5°/s"],
     ]
-    assert hull._space(run) == "they take 1.0 min and, with the present data, 40 m by 7 m of water"
+    assert space(run) == "they take 1.0 min and, with the present data, 40 m by 7 m of water"
 
 
 def test_watch_shows_force_moment_and_heading_of_ship_and_reference() -> None:

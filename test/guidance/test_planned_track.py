@@ -13,9 +13,9 @@ from vessel_hsmc_ros.guidance.planned_track import leg_count, passed_legs, repla
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.report.record import Record, analyse, measured, planned
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.scenario.suite import Row, judge
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies.batch import simulate_one
+from vessel_hsmc_ros.studies.suite import Row, judge
 
 SURVEY = ReferenceShipParameters(mode="lawnmower", initial_pose=(3.0, 4.0, 0.7))
 

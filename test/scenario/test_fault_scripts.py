@@ -1,6 +1,5 @@
 """Fault scripts: what is read, and what is refused with a reason."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -8,7 +7,7 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.faults import KINDS, Fault, FaultScript
-from vessel_hsmc_ros.scenario.fault_script import dump_script, kind_table, load_script, parse_script, setting_table
+from vessel_hsmc_ros.scenario.fault_script import dump_script, load_script, parse_script
 from vessel_hsmc_ros.scenario.scenario import check_script, load_scenario
 from vessel_hsmc_ros.simulation.offline import simulate
 
@@ -144,12 +143,6 @@ def test_a_scenario_with_faults_is_not_simulated_without_them(tmp_path: Path) ->
     )
     with pytest.raises(ScenarioError, match="own has faults, which only the nodes carry out: vessel-hsmc run"):
         simulate(load_scenario(path))
-
-
-@pytest.mark.parametrize("table", [kind_table, setting_table])
-def test_the_page_has_the_declared_kinds_and_settings(table: Callable[[], str]) -> None:
-    page = Path(__file__).resolve().parents[2] / "docs" / "faults.md"
-    assert table() in page.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("real_time", [False, True])

@@ -10,8 +10,8 @@ import pytest
 from vessel_hsmc_ros.core.exceptions import VesselHsmcError
 from vessel_hsmc_ros.scenario.fault_script import load_script
 from vessel_hsmc_ros.scenario.scenario import load_scenario, read_changes
-from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.scenario.vessels import read_vessel
+from vessel_hsmc_ros.studies.suite import load_suite
 
 SECTION = "/**/vessel_sim: {ros__parameters: {seed: 4}}\n"
 READERS: dict[str, tuple[Callable[[Path], Any], str]] = {

@@ -142,7 +142,10 @@ def test_an_unsuitable_vessel_file_is_one_line_that_names_it(tmp_path: Path, tex
 
 
 def test_an_unknown_vessel_is_an_error_with_the_known_ones() -> None:
-    with pytest.raises(ScenarioError, match=r"vessel oter is unknown: it must be one of cybership2, .*otter.* or the path"):
+    with pytest.raises(
+        ScenarioError,
+        match=r"vessel oter is unknown \(did you mean otter\?\): it must be one of cybership2, .*otter.* or the path",
+    ):
         load_scenario(CALM, {"vessel": "oter"})
     with pytest.raises(ParameterError, match=r"vessel\.name must be a string.*got 3"):
         load_scenario(CALM, {"vessel": 3})

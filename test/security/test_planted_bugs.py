@@ -45,7 +45,7 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     "no ranges of changes": ("parameters", "core.schema._outside", lambda *_: False),
     "no ranges at all": ("ranges", "core.schema._outside", lambda *_: False),
     "no ranges of faults": ("faults", "core.schema._outside", lambda *_: False),
-    "YAML with its own exceptions in a suite": ("suite", "scenario.suite.read_yaml", yaml.safe_load),
+    "YAML with its own exceptions in a suite": ("suite", "studies.suite.parsed", lambda text, _: yaml.safe_load(text)),
     "limits of a campaign": ("campaign", "studies.campaign.plan._limits", dict),
     "numbers of a campaign": ("campaign", "studies.campaign.plan._integer", lambda entries, key, *_: entries.get(key, 1)),
     "draws beyond their distribution": (
@@ -55,7 +55,7 @@ PLANTED: dict[str, tuple[str, str, Any]] = {
     ),
     "no ranges of hull data": ("vessel", "core.schema._outside", lambda *_: False),
     "times that do not increase": ("csv", "studies.identification.measurements.checked", lambda run: run),
-    "a waypoint that is not finite": ("waypoints", "cli.sailing._waypoint", waypoint),
+    "a waypoint that is not finite": ("waypoints", "boats.missions.waypoints._waypoint", waypoint),
     "no checksums": ("bag", "bags.mcap_contents.get_chunk_data_stream", unchecked),
     "messages with their own exceptions": ("unchecked_bag", "bags.topic_columns.MessageDecoder.deserialize", unwrapped),
     "metadata that is no YAML": ("metadata", "bags.rosbag2_metadata.yaml", SimpleNamespace(YAMLError=KeyError)),

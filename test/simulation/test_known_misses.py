@@ -8,8 +8,8 @@ from station_keeping import IDEAL, LAG, coupled, error_at_rest, rest_of_the_libr
 from vessel_hsmc_ros.control.interface.known_vessel import INSTANT
 from vessel_hsmc_ros.control.laws import make_controller
 from vessel_hsmc_ros.core.metrics import position_error, rms
-from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
+from vessel_hsmc_ros.studies.suite import judge, load_suite
 
 pytestmark = [only_compiled, pytest.mark.long]
 

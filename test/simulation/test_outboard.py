@@ -8,9 +8,9 @@ import pytest
 from vessel_hsmc_ros.core.hull import moment_limit, steering
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.scenario.scenario import Scenario
-from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.simulation.offline import ClosedLoop
 from vessel_hsmc_ros.studies.comparison import Task, prepare
+from vessel_hsmc_ros.studies.suite import load_suite
 
 ROW = next(row for row in load_suite("boats") if row.name == "figure eight, 5 m")
 

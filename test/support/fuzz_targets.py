@@ -17,16 +17,16 @@ from fuzz_campaigns import campaign as campaign_of
 from fuzz_findings import Finding, decided, file
 from fuzz_seeds import seeds
 
-from vessel_hsmc_ros.cli.sailing import read_waypoints
+from vessel_hsmc_ros.boats.missions.waypoints import read_waypoints
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.schema import Entry
 from vessel_hsmc_ros.scenario.fault_script import parse_script
 from vessel_hsmc_ros.scenario.parameters_file import read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario
-from vessel_hsmc_ros.scenario.suite import load_suite
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.studies.identification.measurements import from_csv
+from vessel_hsmc_ros.studies.suite import load_suite
 
 NODES = ("vessel_sim", "reference_ship", "controller")
 

@@ -1,4 +1,4 @@
-"""Write the pages of the docs that are made from declarations: all parameters, the interfaces of boats, the tables of safety.md.
+"""Write what the docs have from declarations: all parameters, the interfaces of boats, the tables of safety.md and faults.md.
 
 python tools/docs/pages.py
 """
@@ -14,6 +14,7 @@ from remedies import REMEDIES
 from vessel_hsmc_ros.boats.parameters import Interface, commands, interfaces
 from vessel_hsmc_ros.control.safety.parameters import Reason
 from vessel_hsmc_ros.core import schema
+from vessel_hsmc_ros.faults import KINDS, Fault
 from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -151,7 +152,7 @@ Stop:
 {stop}"""
 
 
-def safety_page(text: str) -> str:
+def with_tables(text: str) -> str:
     """A Markdown page whose generated parts are those of the present declarations.
 
     A generated part stands between the lines `<!-- generated: NAME -->` and `<!-- end -->`, with the name of one of TABLES.
@@ -210,13 +211,29 @@ def _rows(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-TABLES = {"guarantees": _guarantees, "reasons": _reasons, "tests": _tests}
+def _kinds() -> str:
+    rows = []
+    for name, kind in KINDS.items():
+        settings = ", ".join(f"**{setting}**" if setting in kind.needs else setting for setting in kind.takes)
+        rows.append((f"`{name}`", kind.target, kind.meaning, settings, "yes" if kind.lockstep else "no"))
+    return _rows(("kind", "acts on", "what happens", "settings", "lockstep"), rows)
+
+
+def _settings() -> str:
+    rows = []
+    for name, entry in schema.entries(Fault).items():
+        default = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
+        rows.append((f"`{name}`", default, entry.allowed, entry.description))
+    return _rows(("setting", "default", "allowed", "meaning"), rows)
+
+
+TABLES = {"guarantees": _guarantees, "reasons": _reasons, "tests": _tests, "kinds": _kinds, "settings": _settings}
 
 
 def main() -> None:
     """Write the pages."""
-    safety = DOCS / "safety.md"
-    safety.write_text(safety_page(safety.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in (DOCS / "safety.md", DOCS / "faults.md"):
+        page.write_text(with_tables(page.read_text(encoding="utf-8")), encoding="utf-8")
     (DOCS / "parameters.md").write_text(parameter_page(), encoding="utf-8")
     (DOCS / "boats.md").write_text(interface_page(), encoding="utf-8")
 

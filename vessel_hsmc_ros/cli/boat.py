@@ -19,7 +19,6 @@ from vessel_hsmc_ros.cli.console import print_line, print_warning, write_new
 from vessel_hsmc_ros.cli.options import (
     json_option,
     load_checked,
-    parse_changes,
     print_json,
     refuse_without,
     running_vessel,
@@ -260,12 +259,12 @@ def show(found: list[Finding]) -> None:
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
 @click.option("--port", default=PORT, show_default=True, type=click.IntRange(0, 65535), help="Port to listen on; 0: any.")
 @click.option("--duration", default=0.0, help="Simulated time after which it ends, s; 0: never.")
-def ardupilot(scenario: str, changes: tuple[str, ...], servos: str, pulses: str, host: str, port: int, duration: float) -> None:
+def ardupilot(scenario: str, changes: dict[str, object], servos: str, pulses: str, host: str, port: int, duration: float) -> None:
     """Simulate the ship for ArduPilot's autopilot (SITL, frame JSON).
 
     The ship of SCENARIO with its sea and its actuators takes the place of ArduPilot's own boat, one time step for each frame.
     """
-    loaded = load_checked(scenario, parse_changes(changes))
+    loaded = load_checked(scenario, changes)
     widths = _numbers(pulses, "--pulses")
     if len(widths) != 3 or sorted(set(widths)) != widths:
         raise ParameterError(f"--pulses must be three increasing widths (got {pulses})")

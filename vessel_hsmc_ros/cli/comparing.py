@@ -23,11 +23,11 @@ from vessel_hsmc_ros.cli.console import (
 )
 from vessel_hsmc_ros.cli.options import (
     file_option,
+    folder_option,
     interpreted_option,
     law_file_option,
     load_checked,
     output_option,
-    parse_changes,
     rate_option,
     refuse_without,
     scenario_argument,
@@ -37,9 +37,9 @@ from vessel_hsmc_ros.cli.options import (
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.core.schema import meant
-from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import check_writable, folder_for, make_run_folder
 from vessel_hsmc_ros.scenario.scenario import scenario_names
-from vessel_hsmc_ros.scenario.suite import Row, load_suite
+from vessel_hsmc_ros.studies.suite import Row, load_suite
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.report.record import Record
@@ -92,7 +92,7 @@ def compare(
     laws: str | None,
     rate_hz: float | None,
     workers: int | None,
-    changes: Sequence[str],
+    changes: dict[str, object],
     output: Path,
 ) -> None:
     """Compare control laws on the same scenarios, or recorded runs.
@@ -109,18 +109,18 @@ def compare(
             raise click.UsageError(
                 "recorded runs cannot be compared with scenarios: give run folders or bags alone, without options"
             )
-        refuse_without("scenarios", "workers", "jobs", "interpreted")
+        refuse_without("scenarios", "workers", "interpreted")
         from vessel_hsmc_ros.bags.files import bag_path  # imports the libraries of bags
 
         bags = [bag_path(run) for run in recorded]  # before the folder is created: a wrong path leaves nothing behind
         compare_runs(bags, make_run_folder(output, "compare").report)
         return
     for name in scenarios:  # the law is that of each run
-        load_checked(name, {"controller.law": "guided", **parse_changes(changes)}, varied=True)
+        load_checked(name, {"controller.law": "guided", **changes}, varied=True)
     rows = [*(Row(Path(name).stem, name) for name in scenarios), *(() if suite is None else load_suite(suite))]
     if not rows:
         raise click.UsageError("give a SCENARIO or --suite")
-    rows = [replace(row, changes={**row.changes, **parse_changes(changes)}) for row in rows]
+    rows = [replace(row, changes={**row.changes, **changes}) for row in rows]
     check_writable(output)
     tasks = [comparison.Task(row, law, rate_hz) for row in rows for law in chosen(laws)]
     with progress_bar("comparing laws", len(tasks), "runs") as update:
@@ -227,7 +227,7 @@ def sweep(
     laws: str | None,
     metrics: Sequence[str],
     workers: int | None,
-    changes: Sequence[str],
+    changes: dict[str, object],
     output: Path,
 ) -> None:
     """Simulate SCENARIO for each value of one parameter, or for each pair of values of two.
@@ -235,14 +235,13 @@ def sweep(
     VALUES are start:stop:count, equally spaced; start:stop:count:log, with equal ratios; or a list such as 0.1,0.2,0.5.
     Writes a picture, a page, and all metrics as CSV and JSON into a run folder. Runs that fail are marked.
     """
-    given = parse_changes(changes)
-    load_checked(scenario, given, varied=True)
+    load_checked(scenario, changes, varied=True)
     check_writable(output)
     from vessel_hsmc_ros.studies.campaign import execute, findings, report  # imports the libraries of campaigns
     from vessel_hsmc_ros.studies.campaign.plan import sweep_of
     from vessel_hsmc_ros.studies.campaign.results import of_rows
 
-    plan = sweep_of(scenario, parameters, given, () if laws is None else chosen(laws), metrics)
+    plan = sweep_of(scenario, parameters, changes, () if laws is None else chosen(laws), metrics)
     for note in plan.notes:
         print_warning(note)
     with progress_bar(f"sweep of {plan.runs} runs", plan.runs, "runs") as update:
@@ -292,7 +291,7 @@ def campaign() -> None:
 @campaign.command(RUN)
 @click.argument("file")
 @click.option("--output", type=click.Path(path_type=Path), help="Folder of the dataset [default: runs/<name of FILE>_campaign].")
-@click.option("--workers", type=click.IntRange(min=1), help="Number of processes on this machine [default: one per core].")
+@workers_option
 @click.option(
     "--scheduler", default="", metavar="ADDRESS", help="Dask scheduler, such as tcp://host:8786, whose workers compute."
 )
@@ -361,9 +360,7 @@ campaign.add_command(report)
 @click.command()
 @interpreted_option
 @click.option("--ros", is_flag=True, help="Run the cases by ROS 2 nodes where possible: same results, but slower.")
-@click.option(
-    "--output", type=click.Path(path_type=Path, file_okay=False), help="Folder of the results [default: a new one in runs]."
-)
+@folder_option("Folder of the results [default: a new one in runs].")
 def reproduce(ros: bool, output: Path | None) -> None:
     """Repeat every case and figure of the paper.
 
@@ -375,8 +372,7 @@ def reproduce(ros: bool, output: Path | None) -> None:
     from vessel_hsmc_ros.studies.paper import reproduction  # imports the libraries of figures
     from vessel_hsmc_ros.studies.paper.cases import CASES
 
-    folder = output or make_run_folder(Path("runs"), "reproduce").path
-    check_writable(folder)
+    folder = folder_for(output, "reproduce")
     nodes = make_run_folder(folder, "nodes").path if ros else None
     with progress_bar(f"running {len(CASES)} cases", sum(map(reproduction.duration_of, CASES))) as update:
         results = reproduction.run_cases(CASES, nodes, update)

@@ -11,19 +11,18 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_files, print_line, print_status, print_table, print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
+    folder_option,
     json_option,
     law_file_option,
     load_checked,
-    parse_changes,
     print_json,
     scenario_argument,
     set_option,
 )
 from vessel_hsmc_ros.control.interface.actuators import dynamics, unit_time
-from vessel_hsmc_ros.core.exceptions import RunError
 from vessel_hsmc_ros.core.quantities import number, quantity
 from vessel_hsmc_ros.core.schema import entries
-from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
+from vessel_hsmc_ros.scenario.run_folder import folder_for
 from vessel_hsmc_ros.scenario.scenario import Scenario
 from vessel_hsmc_ros.studies.certificate import BOX, Case, Limits, Part, at_a_point, case_of, limits_of, under_way
 from vessel_hsmc_ros.studies.margins import Study, shortcomings, study
@@ -33,14 +32,14 @@ from vessel_hsmc_ros.studies.margins import Study, shortcomings, study
 @scenario_argument
 @set_option
 @json_option
-def gains(scenario: str, changes: Sequence[str], as_json: bool) -> None:
+def gains(scenario: str, changes: dict[str, object], as_json: bool) -> None:
     """Print the gains of the law of SCENARIO, with the margins of its loops on the ship.
 
     Those of the guided law are in units of the ship's length L and of T = sqrt(yaw_inertia/yaw_moment_limit). The margins are
     those of the law linearised about a straight path at the speed of the reference. A warning names each loop with a gain margin
     below 6 dB or a phase margin below 40°, and a reference that demands more than the ship can do.
     """
-    loaded = load_checked(scenario, parse_changes(changes))
+    loaded = load_checked(scenario, changes)
     found = study(loaded)
     if as_json:
         print_json(_content(loaded, found))
@@ -107,14 +106,14 @@ EXACT = 1e-6
 @scenario_argument
 @set_option
 @json_option
-def certify(scenario: str, changes: Sequence[str], as_json: bool) -> None:
+def certify(scenario: str, changes: dict[str, object], as_json: bool) -> None:
     """Print what holds near the reference for the hierarchical law on the vessel of SCENARIO, whose data may be wrong by 20 %.
 
     A bound of the position error under way and at rest in the wind, current and noise of the scenario, or the condition that
     fails; the dead time and the control rate that the law tolerates; and what no law can do with this vessel. docs/theory.md says
     what is proven.
     """
-    loaded = load_checked(scenario, parse_changes(changes))
+    loaded = load_checked(scenario, changes)
     case = case_of(loaded)
     parts = {**({"under way": under_way(case)} if case.speed > 0.0 else {}), "at rest": at_a_point(case)}
     limits = limits_of(case)
@@ -218,11 +217,7 @@ def _in_words(case: Case, limits: Limits) -> list[str]:
 )
 @set_option
 @law_file_option
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder of the tuning; one that exists is continued [default: a new one in runs].",
-)
+@folder_option("Folder of the tuning; one that exists is continued [default: a new one in runs].")
 def tune(
     source: str,
     law: str | None,
@@ -231,7 +226,7 @@ def tune(
     held_out: str | None,
     seed: int,
     workers: int | None,
-    changes: Sequence[str],
+    changes: dict[str, object],
     output: Path | None,
     **objective: Any,
 ) -> None:
@@ -247,12 +242,11 @@ def tune(
     from vessel_hsmc_ros.studies.tuning.result import tune as run_tuning
     from vessel_hsmc_ros.studies.tuning.result import verdict
 
-    given = parse_changes(changes)
-    runs = load_cases(source, given | ({} if law is None else {LAW: law}))
+    runs = load_cases(source, changes | ({} if law is None else {LAW: law}))
     law = law_of(runs)
     tuning = Tuning(runs, parse_gains(gains, law, runs[0].scenario), chosen_objective(**objective), seed, workers)
-    unseen = held_out_cases(source if held_out is None else held_out, given, law, others=held_out is not None)
-    folder = _folder(output, f"{Path(source).stem}_{law}_tune")
+    unseen = held_out_cases(source if held_out is None else held_out, changes, law, others=held_out is not None)
+    folder = folder_for(output, f"{Path(source).stem}_{law}_tune")
     again = "the same command" if output else f"the same command with --output {shlex.quote(str(folder))}"
     print_status(f"folder: {folder}; after an interruption {again} continues the search")
     with progress_bar(f"tuning {law} over {len(runs)} {'run' if len(runs) == 1 else 'runs'}", trials, "trials") as update:
@@ -261,16 +255,3 @@ def tune(
     for line in verdict(result):
         print_line(line)
     print_files(write(folder, result))
-
-
-def _folder(output: Path | None, name: str) -> Path:
-    """The folder of a tuning: the given one, which may exist, or a new one."""
-    if output is None:
-        check_writable(Path("runs"))
-        return make_run_folder(Path("runs"), name).path
-    try:
-        output.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(f"folder {output} cannot be made: {error.strerror}") from None
-    check_writable(output)
-    return output

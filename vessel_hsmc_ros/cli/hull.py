@@ -2,20 +2,26 @@
 
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import numpy as np
 import yaml
 
 from vessel_hsmc_ros.cli.console import print_files, print_line, print_status, print_table, print_warning, progress_bar, write_new
-from vessel_hsmc_ros.cli.options import file_option, interpreted_option, output_option, parse_changes, set_option, topic_options
+from vessel_hsmc_ros.cli.options import (
+    file_option,
+    folder_option,
+    interpreted_option,
+    namespace_option,
+    output_option,
+    set_option,
+    topic_options,
+)
 from vessel_hsmc_ros.core import schema
-from vessel_hsmc_ros.core.exceptions import BagError, IdentificationError, ParameterError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
-from vessel_hsmc_ros.core.quantities import quantity
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.parameters_file import tree
 from vessel_hsmc_ros.scenario.run_folder import check_writable, make_run_folder
@@ -25,15 +31,10 @@ from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
 from vessel_hsmc_ros.studies.manoeuvres.run import PLANS
 
 if TYPE_CHECKING:
-    from vessel_hsmc_ros.studies.manoeuvres.run import Results
-if TYPE_CHECKING:
-    from vessel_hsmc_ros.core.metrics import Run
     from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
-    from vessel_hsmc_ros.scenario.ship_rules import Step
-if TYPE_CHECKING:
-    from vessel_hsmc_ros.scenario.vessels import LibraryVessel
     from vessel_hsmc_ros.studies.identification.page import HeldOut
     from vessel_hsmc_ros.studies.identification.types import Identified, Measurements
+    from vessel_hsmc_ros.studies.manoeuvres.run import Results
 
 
 @click.command()
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
 @set_option
 @interpreted_option
 @output_option
-def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, changes: Sequence[str], output: Path) -> None:
+def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, changes: dict[str, object], output: Path) -> None:
     """Simulate the standard manoeuvres of a ship: turning circle, zig-zags, spiral, crash stop, speed runs, bollard pull.
 
     The ship is a VESSEL of the library, a vessel file, or the ship of a SCENARIO, whose other parameters are not used. Without an
@@ -61,7 +62,7 @@ def manoeuvres(ships: Sequence[str], kinds: Sequence[str], markdown: bool, chang
     from vessel_hsmc_ros.studies.manoeuvres.run import run, ship_named
 
     named = list(ships or vessel_names())
-    scaled = [ship_named(name, parse_changes(changes)) for name in named]
+    scaled = [ship_named(name, changes) for name in named]
     if not markdown:
         check_writable(output)
     wanted = list(kinds or PLANS)
@@ -108,8 +109,8 @@ def excite(ship: str, output: Path | None) -> None:
     moment without feedback. Simulate it, or sail it with your own boat and record a bag, and pass the bag to
     `vessel-hsmc identify`. The command prints the manoeuvres and the space that they need.
     """
-    from vessel_hsmc_ros.scenario.ship_rules import excitation, scenario_text
     from vessel_hsmc_ros.simulation.offline import simulate
+    from vessel_hsmc_ros.studies.identification.excitation import HEAD, excitation, scenario_text, space, table
 
     data, section = _ship(ship)
     scale = scale_of(data)
@@ -118,13 +119,10 @@ def excite(ship: str, output: Path | None) -> None:
     text = scenario_text(path.stem, f"ship {Path(ship).stem}", section, scale, steps)
     run = simulate(parse_scenario(text, path.stem, source="the new scenario"))
     write_new(path, text)
-    print_table(HEAD, _rows(steps, run))
-    print_line(_space(run))
+    print_table(HEAD, table(steps, run))
+    print_line(space(run))
     simulate_it = f"{shell_command()} simulate {shlex.quote(str(path))}"
     print_line(f"scenario: {path}; next: {simulate_it}, or sail it; then {shell_command()} identify on the bag")
-
-
-HEAD = ["manoeuvre", "time", "surge force", "yaw moment", "speed", "yaw rate"]
 
 
 def _ship(name: str) -> "tuple[ShipParameters, str]":
@@ -157,34 +155,6 @@ def _hull_data(ship: "ShipParameters") -> dict[str, object]:
     }
 
 
-def _rows(steps: "Sequence[Step]", run: "Run") -> list[list[str]]:
-    """A row for each manoeuvre: its inputs, and what the present data predict."""
-    from vessel_hsmc_ros.scenario.ship_rules import manoeuvres, starts
-
-    times, rows = starts(steps), []
-    for first, last in manoeuvres(steps):
-        inside = (run.time >= times[first]) & (run.time < times[last])
-        u, v, r = run.state[inside, 3:].T
-        surge, yaw = [step.surge for step in steps[first:last]], [step.yaw for step in steps[first:last]]
-        motion = f"{np.hypot(u, v).max():.2f} m/s", f"{np.degrees(abs(r).max()):.1f}°/s"
-        rows.append([steps[first].manoeuvre, f"{times[first]:g} to {times[last]:g} s", _range(surge), _range(yaw), *motion])
-    return rows
-
-
-def _range(shares: "Sequence[float]") -> str:
-    low, high = (100.0 * end for end in (min(shares), max(shares)))
-    return f"{low:.0f} %" if low == high else f"±{high:.0f} %" if low == -high else f"{low:.0f} to {high:.0f} %"
-
-
-def _space(run: "Run") -> str:
-    """How long the manoeuvres take, and how much water."""
-    x, y = np.ptp(run.state[:, :2], axis=0)
-    minutes = run.time[-1] / 60.0
-    return (
-        f"they take {minutes:.1f} min and, with the present data, {quantity(float(x), 'm')} by {quantity(float(y), 'm')} of water"
-    )
-
-
 @click.command()
 @click.argument("data", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="BAG|CSV...")
 @click.option(
@@ -210,21 +180,26 @@ def _space(run: "Run") -> str:
     metavar="BAG|CSV",
     help="A run that is kept back to judge the prediction; may be given several times.",
 )
-@click.option("--namespace", help="ROS namespace of the vessel, if a bag holds several.")
+@namespace_option
 @topic_options
 @click.option(
     "--column", "columns", multiple=True, metavar="NAME=COLUMN", help="Column of the CSV files, such as surge_force=Fx."
 )
 @click.option("--window", type=float, default=20.0, show_default=True, metavar="s", help="Length of a simulated window.")
 @click.option("--name", default="identified", show_default=True, help="Name of the vessel and of its file.")
-@click.option(
-    "--output",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path(),
-    help="Folder of the files, which replace those of an earlier identification [default: this one].",
-)
+@folder_option("Folder of the files, which replace those of an earlier identification [default: this one].", Path())
 def identify(
-    data: Sequence[Path], names: str, vessel: str | None, held_out: Sequence[Path], columns: Sequence[str], **options: Any
+    data: Sequence[Path],
+    names: str,
+    vessel: str | None,
+    length: float | None,
+    beam: float | None,
+    held_out: Sequence[Path],
+    columns: Sequence[str],
+    window: float,
+    name: str,
+    output: Path,
+    **topics: Any,
 ) -> None:
     """Identify the hull data of a ship from bags or CSV files of its motion.
 
@@ -232,9 +207,7 @@ def identify(
     surge_force, yaw_moment, and u, v, r where measured. Writes NAME.yaml, a vessel that scenarios and `vessel-hsmc init`
     take, and NAME.html, which shows measured against simulated motion and how well each parameter is known.
     """
-    from vessel_hsmc_ros.scenario.own_ship import ship_of
-    from vessel_hsmc_ros.scenario.vessels import read_vessel
-    from vessel_hsmc_ros.studies.identification.estimate import identify as estimate
+    from vessel_hsmc_ros.studies.identification import estimate, study  # imports the libraries of reports
     from vessel_hsmc_ros.studies.identification.types import MODELS, model
 
     chosen = model(names if names in MODELS or "_" not in names else tuple(part.strip() for part in names.split(",")))
@@ -242,38 +215,18 @@ def identify(
     named = _columns(columns)
     if again := {path.resolve() for path in data} & {path.resolve() for path in held_out}:
         raise ParameterError(f"--held-out must be a run that the estimation does not use (got {min(again)})")
-    topics = {key: options[key] for key in ("namespace", "odometry", "wrench")}
-    runs = [_measurements(path, named, topics) for path in data]
-    unused = [_measurements(path, named, topics) for path in held_out]
-    _check_output(options, start)
+    runs, unused = ([study.measured(path, named, topics) for path in paths] for paths in (data, held_out))
+    sizes = {key: value for key, value in (("length", length), ("beam", beam)) if value is not None}
+    target = study.Target(name, output, start, sizes)
+    target.check()
     known = ship_of(start.values) if start else None
-    with progress_bar(f"identifying {options['name']}", 100.0, "%") as update:
-        found = estimate(runs, chosen, known, options["window"], lambda what, done: update(100.0 * done, note=what))
-    judged = _judged(unused, found, start, options["window"])
-    _write(options, runs, found, judged, start)
+    with progress_bar(f"identifying {name}", 100.0, "%") as update:
+        found = estimate.identify(runs, chosen, known, window, lambda what, done: update(100.0 * done, note=what))
+    judged = study.judged(unused, found, start, window)
+    for path in target.write(runs, found, judged):
+        print_status(f"written: {path}")
     _print(runs, found, judged)
-    vessel = options["output"] / f"{options['name']}.yaml"
-    print_line(f"next: vessel-hsmc init NAME --vessel {shlex.quote(str(vessel))}")
-
-
-def _check_output(options: dict[str, Any], start: "LibraryVessel | None") -> None:
-    """Check before the identification that its files can be written, and that they replace none but those of an earlier one."""
-    from vessel_hsmc_ros.studies.identification.page import check_known, is_identified
-
-    check_known(_known(options, start, {}))
-    vessel = options["output"] / f"{options['name']}.yaml"
-    if vessel.exists() and not is_identified(vessel):
-        raise ParameterError(f"{vessel} exists and is not an identified vessel: choose another --name or --output")
-    options["output"].mkdir(parents=True, exist_ok=True)
-    check_writable(options["output"])
-
-
-def _known(options: dict[str, Any], start: "LibraryVessel | None", estimated: Mapping[str, float]) -> dict[str, object]:
-    """What is known of the ship beside the estimates, by the names in a vessel file."""
-    from vessel_hsmc_ros.studies.identification.page import known_of
-
-    known = known_of(start.values, estimated) if start else {}
-    return known | {key: options[key] for key in ("length", "beam") if options[key] is not None}
+    print_line(f"next: vessel-hsmc init NAME --vessel {shlex.quote(str(target.file))}")
 
 
 def _columns(given: Sequence[str]) -> dict[str, str]:
@@ -282,60 +235,6 @@ def _columns(given: Sequence[str]) -> dict[str, str]:
         if "=" not in text:
             raise ParameterError(f"--column must be NAME=COLUMN (got {text})")
     return {name: column for name, _, column in (text.partition("=") for text in given)}
-
-
-def _measurements(path: Path, columns: dict[str, str], topics: dict[str, Any]) -> "Measurements":
-    """The motion in a bag or CSV file."""
-    from vessel_hsmc_ros.studies.identification.measurements import from_bag, from_csv
-
-    try:
-        return from_csv(path, columns) if path.suffix.lower() == ".csv" else from_bag(path, **topics)
-    except (BagError, IdentificationError) as error:  # the input is at fault: exit code 2
-        raise ParameterError(str(error)) from None
-
-
-def _judged(
-    unused: "Sequence[Measurements]", found: "Identified", start: "LibraryVessel | None", window: float
-) -> "list[HeldOut]":
-    """Predictions of the held-out runs, by the identified ship and by the start vessel."""
-    from vessel_hsmc_ros.core import schema
-    from vessel_hsmc_ros.scenario.own_ship import ship_of
-    from vessel_hsmc_ros.studies.identification.page import HeldOut, steady_load
-    from vessel_hsmc_ros.studies.identification.types import predict
-
-    before = schema.flatten(ship_of(start.values)) if start else {}
-    hull = {name: float(before[name]) for name in found.values if name in before}  # type: ignore[arg-type]
-    return [
-        HeldOut(
-            run,
-            predict(found.values, run, window, found.inputs),
-            predict(hull, run, window) if start else None,
-            steady_load(found.values, run, window, found.inputs),
-        )
-        for run in unused
-    ]
-
-
-def _write(
-    options: dict[str, Any],
-    runs: "Sequence[Measurements]",
-    found: "Identified",
-    judged: "Sequence[HeldOut]",
-    start: "LibraryVessel | None",
-) -> None:
-    """Write vessel file and page."""
-    from vessel_hsmc_ros.report.page_kit import writing
-    from vessel_hsmc_ros.studies.identification.page import errors, render, vessel_text
-
-    name, output = options["name"], options["output"]
-    known = _known(options, start, found.values)
-    shown = {f"{each.run.name}, {key}": value for each in judged for key, value in errors(each.prediction).items()}
-    text = vessel_text(name, found, runs, known, shown)
-    page = render(name, runs, found, judged)
-    for path, content in ((output / f"{name}.html", page), (output / f"{name}.yaml", text)):
-        with writing(str(path)):
-            path.write_text(content, encoding="utf-8")
-        print_status(f"written: {path}")
 
 
 def _print(runs: "Sequence[Measurements]", found: "Identified", judged: "Sequence[HeldOut]") -> None:

@@ -14,19 +14,9 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError
 from vessel_hsmc_ros.scenario.parameters import FIRST, NODES, WATCHERS
 from vessel_hsmc_ros.scenario.scenario import load_scenario, scenario_names, scenario_text
-from vessel_hsmc_ros.scenario.vessels import (
-    COMPARED,
-    HEAD,
-    LibraryVessel,
-    comparison,
-    details,
-    overview,
-    published_vessels,
-    read_vessel,
-)
-from vessel_hsmc_ros.scenario.vessels import (
-    markdown as tables_in_markdown,
-)
+from vessel_hsmc_ros.scenario.vessels import LibraryVessel, read_vessel
+from vessel_hsmc_ros.studies.vessel_figures import COMPARED, HEAD, comparison, details, overview, published_vessels
+from vessel_hsmc_ros.studies.vessel_figures import markdown as tables_in_markdown
 
 SCENARIOS_USE = "vessel-hsmc scenarios NAME > my.yaml writes one to start from; vessel-hsmc run ./my.yaml runs it"
 

@@ -34,14 +34,13 @@ from vessel_hsmc_ros.cli.options import (
     law_file_option,
     load_checked,
     output_option,
-    parse_changes,
     refuse_without,
     running_vessel,
     set_option,
     vessel_option,
     workers_option,
 )
-from vessel_hsmc_ros.cli.sailing import detach_option, show_until_end
+from vessel_hsmc_ros.cli.sailing import detach_option, sail
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import GoalError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.install_paths import shell_command
@@ -111,7 +110,7 @@ def mission(file: Path, **given: Any) -> None:
             print_warning(
                 "the fence is not sent: the vessel keeps the one of its start, controller.safety.fence; --into writes it"
             )
-        _send(whole, given["namespace"], given["detach"])
+        sail([(*point.place, 0.0) for point in whole.points], given["namespace"], given["detach"])
 
 
 def _check_options(given: dict[str, Any]) -> None:
@@ -274,18 +273,6 @@ def _write(into: Path, values: dict[str, object], found: Placed, file: Path) -> 
     write_new(into, head + dump_parameters(sections))
 
 
-def _send(whole: Mission, namespace: str, detach: bool) -> None:
-    """Send the positions to a running vessel, and wait for the end unless the command is detached from it."""
-    with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
-
-        poses = [(*point.place, 0.0) for point in whole.points]
-        if detach:
-            print_line(send_path(remote, poses))
-        else:
-            show_until_end(lambda show: sail_along(remote, poses, show))
-
-
 NOT_TODAY = 1  # exit code of a mission that is infeasible, or that too many runs fail
 
 
@@ -303,7 +290,7 @@ NOT_TODAY = 1  # exit code of a mission that is infeasible, or that too many run
 @set_option
 @law_file_option
 @output_option
-def forecast(mission: str, scenario: str | None, changes: Sequence[str], output: Path, **given: Any) -> None:
+def forecast(mission: str, scenario: str | None, changes: dict[str, object], output: Path, **given: Any) -> None:
     """Tell whether a vessel can do a mission in today's wind and current, and what it takes.
 
     MISSION is a mission file, or one that `mission --into` wrote, and --scenario is the boat; or MISSION is a scenario with a
@@ -312,7 +299,7 @@ def forecast(mission: str, scenario: str | None, changes: Sequence[str], output:
     95 %, and a page. The exit code is 1 where a leg is infeasible, or more than 5 % of the runs fail.
     """
     _check_directions(given)
-    loaded, fences = _loaded(mission, scenario, parse_changes(changes))
+    loaded, fences = _loaded(mission, scenario, changes)
     from vessel_hsmc_ros.studies.forecast import forecast as studies  # imports the libraries of reports
 
     plan = studies.plan_of(loaded, _conditions(loaded, given), given["corridor"])

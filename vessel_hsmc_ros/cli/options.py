@@ -1,12 +1,11 @@
 """Arguments and options that several verbs take, and what they lead to: a scenario, a row of a campaign, running nodes."""
 
-import functools
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 import yaml
@@ -55,12 +54,20 @@ rate_option = click.option("--rate-hz", type=float, help="Rate of the laws, Hz [
 
 bag_argument = click.argument("bag", type=click.Path(path_type=Path))
 
-set_option = click.option(
+
+def changes_option(name: str, argument: str, help_text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Make an option of changed parameters, which a verb takes as values by `node.parameter`."""
+
+    def parse(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> dict[str, object]:
+        return parse_changes(texts, name)
+
+    return click.option(name, argument, multiple=True, metavar="NODE.PARAM=VALUE", help=help_text, callback=parse)
+
+
+set_option = changes_option(
     "--set",
     "changes",
-    multiple=True,
-    metavar="NODE.PARAM=VALUE",
-    help="Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes; @FILE sets all"
+    "Set a parameter, such as controller.law=guided; vessel.PARAM sets one of the ship for all nodes; @FILE sets all"
     " parameters in a ROS parameters file. May be given several times.",
 )
 
@@ -106,27 +113,17 @@ output_option = click.option(
 )
 
 
-class Output(NamedTuple):
-    """Where a run is written, and whether with page and figures."""
-
-    parent: Path
-    with_page: bool
-
-
-def run_output_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options --output and --no-page to a verb, which takes them as `output`."""
-
-    @functools.wraps(command)
-    def taking(output: Path, no_page: bool, **options: Any) -> Any:
-        return command(output=Output(output, not no_page), **options)
-
-    no_page = click.option("--no-page", is_flag=True, help="Write no page and no figures, which take seconds.")
-    return output_option(no_page(taking))
+no_page_option = click.option("--no-page", is_flag=True, help="Write no page and no figures, which take seconds.")
 
 
 def file_option(help_text: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Make an option `--file` for the one file that a verb writes, which takes it as `output`."""
     return click.option("--file", "output", type=click.Path(path_type=Path, dir_okay=False), metavar="PATH", help=help_text)
+
+
+def folder_option(help_text: str, default: Path | None = None) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Make an option `--output` for the folder itself that a verb writes into."""
+    return click.option("--output", type=click.Path(path_type=Path, file_okay=False), default=default, help=help_text)
 
 
 def refuse_without(needed: str, *names: str) -> None:
@@ -140,7 +137,7 @@ def refuse_without(needed: str, *names: str) -> None:
             raise click.UsageError(f"--{name.replace('_', '-')} goes with {needed}")
 
 
-namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if the bag holds several vessels.")
+namespace_option = click.option("--namespace", help="ROS namespace of the vessel, if a bag holds several vessels.")
 
 
 def topic_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -152,21 +149,6 @@ def topic_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 vessel_option = click.option("--namespace", default="", help="ROS namespace of the vessel.")
-
-
-def live_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of the live view to a verb, which takes them as `live_port`, None for no live view."""
-
-    @functools.wraps(command)
-    def taking(live: bool, live_port: int, **options: Any) -> Any:
-        if not live:
-            refuse_without("--live", "live_port")
-        return command(live_port=live_port if live else None, **options)
-
-    ports = click.IntRange(1, 65535)
-    port = click.option("--live-port", type=ports, default=8765, show_default=True, help="Port of the live view.")
-    switch = click.option("--live", is_flag=True, help="Serve a live view for Foxglove, which then needs no ROS installation.")
-    return switch(port(taking))
 
 
 NAMESPACE = re.compile(r"([A-Za-z_]\w*(/[A-Za-z_]\w*)*)?", re.ASCII)

@@ -13,12 +13,12 @@ from rich.console import Console
 from vessel_hsmc_ros.cli.console import print_files, print_line, print_metrics, print_table, print_warning
 from vessel_hsmc_ros.cli.options import (
     bag_argument,
+    changes_option,
     file_option,
     interpreted_option,
     law_file_option,
     namespace_option,
     output_option,
-    parse_changes,
     refuse_without,
     topic_options,
 )
@@ -33,7 +33,6 @@ from vessel_hsmc_ros.scenario.warnings import check_effects
 if TYPE_CHECKING:  # what reads bags takes a while to import
     from vessel_hsmc_ros.bags.reader import Bag
     from vessel_hsmc_ros.scenario.scenario import Scenario
-    from vessel_hsmc_ros.studies.verification import Verification
 
 
 @click.command()
@@ -65,9 +64,6 @@ def report(
     print_files(made.files)
 
 
-AXES = (("surge force", "N"), ("yaw moment", "N·m"))
-
-
 @click.command()
 @bag_argument
 @click.option("--rate", type=click.FloatRange(0.001, 1000.0), help="Playback speed relative to real time [default: 1].")
@@ -75,16 +71,8 @@ AXES = (("surge force", "N"), ("yaw moment", "N·m"))
 @click.option("--paused", is_flag=True, help="Start paused, until the service /replay/pause is called with false.")
 @click.option("--topic", "topics", multiple=True, help="Publish only this topic; may be given several times [default: all].")
 @click.option("--verify", "verified", is_flag=True, help="Recompute every recorded command and compare it bit by bit.")
-@click.option(
-    "--set", "edits", multiple=True, metavar="NODE.PARAM=VALUE", help="With --verify: recompute with a changed parameter."
-)
-@click.option(
-    "--with",
-    "changes",
-    multiple=True,
-    metavar="NODE.PARAM=VALUE",
-    help="Simulate the scenario of the bag again with a changed parameter.",
-)
+@changes_option("--set", "edits", "With --verify: recompute with a changed parameter.")
+@changes_option("--with", "changes", "Simulate the scenario of the bag again with a changed parameter.")
 @interpreted_option
 @law_file_option
 @namespace_option
@@ -96,8 +84,8 @@ def replay(
     paused: bool,
     topics: tuple[str, ...],
     verified: bool,
-    edits: tuple[str, ...],
-    changes: tuple[str, ...],
+    edits: dict[str, object],
+    changes: dict[str, object],
     namespace: str | None,
     output: Path,
 ) -> None:
@@ -126,12 +114,11 @@ def replay(
         _publish(opened, rate or 1.0, loop, paused, topics)
 
 
-def _verify(bag: Bag, edits: tuple[str, ...], namespace: str | None) -> None:
-    from vessel_hsmc_ros.studies.verification import parameter_changes, verify, version_note
+def _verify(bag: Bag, edits: dict[str, object], namespace: str | None) -> None:
+    from vessel_hsmc_ros.studies.verification import parameter_changes, verdict, verify, version_note
 
-    given = parse_changes(edits)
-    scenario = _changed(bag, given, namespace)
-    for name in given:
+    scenario = _changed(bag, edits, namespace)
+    for name in edits:
         if name.startswith((f"{PLANT}.", f"{REFERENCE}.")):
             print_warning(f"{name} has no effect with --verify, which recomputes the controller: use --with")
     with Console(stderr=True).status("recomputing every command"):
@@ -155,31 +142,12 @@ def _changed(bag: Bag, changes: dict[str, object], namespace: str | None) -> Sce
     return scenario
 
 
-def verdict(result: Verification) -> list[str]:
-    """The lines that report a verification: number of commands, largest difference, first difference."""
-    count = len(result.time)
-    surge, yaw = result.largest
-    lines = [f"{count} commands over {result.time[-1]:g} s: max |delta tau| = {surge:g} N, {yaw:g} N·m"]
-    if not len(result.differing):
-        lines.append("every command is bit-identical")
-    else:
-        # With repr, which shows every digit: the values may differ in the last bit only.
-        first = int(result.differing[0])
-        pairs = zip(AXES, result.recorded[first].tolist(), result.computed[first].tolist(), strict=True)
-        values = ", ".join(f"{name} {old!r} {unit} recorded and {new!r} {unit} now" for (name, unit), old, new in pairs)
-        lines.append(f"{len(result.differing)} commands differ, the first at t = {result.time[first]:g} s: {values}")
-    if result.beyond:
-        lines.append(f"{result.beyond} odometry messages follow the last one whose command and reference are in the bag")
-    return lines
-
-
-def _rerun(bag: Bag, changes: tuple[str, ...], namespace: str | None, output: Path) -> None:
+def _rerun(bag: Bag, changes: dict[str, object], namespace: str | None, output: Path) -> None:
     from vessel_hsmc_ros.studies.verification import rerun
 
-    given = parse_changes(changes, "--with")
-    _changed(bag, given, namespace)
+    _changed(bag, changes, namespace)
     with Console(stderr=True).status("running the scenario again"):
-        made = rerun(bag, given, namespace, output)
+        made = rerun(bag, changes, namespace, output)
     print_table(["", "recorded", "again", "difference"], made.table, title=f"again with {made.change}")
     print_line(f"page: {made.folder.report}\nfigures: {made.folder.figures}")
 

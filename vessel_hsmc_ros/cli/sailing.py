@@ -1,20 +1,17 @@
 """The verbs that act on a running vessel: `call`, `set`, `goto` and `path`."""
 
-import csv
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-import yaml
 
+from vessel_hsmc_ros.boats.missions.waypoints import Waypoint, read_waypoints
 from vessel_hsmc_ros.cli.console import print_line, progress_bar
 from vessel_hsmc_ros.cli.options import parse_changes, running_vessel, vessel_option
-from vessel_hsmc_ros.core.exceptions import ParameterError, RunError, ScenarioError
+from vessel_hsmc_ros.core.exceptions import ParameterError, RunError
 from vessel_hsmc_ros.core.kinematics import TURN
-from vessel_hsmc_ros.core.quantities import number_of
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.nodes.remote import Progress, Result
@@ -42,6 +39,17 @@ def show_until_end(sail: Callable[[Callable[["Progress"], None]], "Result"]) -> 
     if not result.reached:
         raise RunError(result.text)
     print_line(result.text)
+
+
+def sail(waypoints: Sequence[Waypoint], namespace: str, detach: bool) -> None:
+    """Send waypoints to a running vessel, and wait for the end unless the command is detached from it."""
+    with running_vessel(namespace) as remote:
+        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
+
+        if detach:
+            print_line(send_path(remote, waypoints))
+        else:
+            show_until_end(lambda show: sail_along(remote, waypoints, show))
 
 
 SWITCHES = {
@@ -148,95 +156,6 @@ def goto(x: float, y: float, heading: float | None, heading_deg: float | None, d
             show_until_end(lambda show: sail_to(remote, x, y, heading, show))
 
 
-Waypoint = tuple[float, float, float]  # x, y, heading
-
-
-COLUMNS = ("x", "y", "z", "heading")  # names of the columns; x and y are needed
-FORM = "x and y, and perhaps z and heading, in metres and radians in the frame of the odometry"
-
-
-def read_waypoints(path: Path) -> list[Waypoint]:
-    """Read waypoints from a file; those without a heading have the heading 0.
-
-    CSV has a row for each, `x,y` or `x,y,heading`, or the columns that its first row names, in any order; lines that start
-    with # are skipped. YAML has a list of lists `[x, y]` or `[x, y, heading]`, also as the value of `waypoints`.
-    """
-    try:
-        text = read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
-    rows = _yaml_rows(text, path) if path.suffix in (".yaml", ".yml") else _csv_rows(text, path)
-    try:
-        points = [_waypoint(row, f"path file {path}, {place}") for place, row in rows]
-    except csv.Error as error:  # a field of more than a hundred thousand characters, for instance
-        raise ScenarioError(f"path file {path} cannot be read: {error}") from None
-    if not points:
-        raise ScenarioError(f"path file {path} has no waypoint: each row must be x,y")
-    return points
-
-
-def _csv_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
-    """The rows with their places; of named columns x, y and heading, where there is one."""
-    names: list[str] | None = None
-    for number, row in enumerate(csv.reader(text.splitlines(), skipinitialspace=True), 1):
-        if not row or row[0].startswith("#"):
-            continue
-        if names is None:
-            names = [] if any(map(_is_number, row)) else _names(row, f"path file {path}, line {number}")
-            if names:
-                continue
-        yield f"line {number}", _ordered(row, names, f"path file {path}, line {number}") if names else row
-
-
-def _is_number(cell: str) -> bool:
-    """Whether a cell is a number, of any script; also nan and inf, which no waypoint has."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
-def _names(row: Sequence[str], place: str) -> list[str]:
-    """The names of the columns."""
-    names = [cell.strip() for cell in row]
-    if not {"x", "y"} <= set(names) <= set(COLUMNS) or len(set(names)) < len(names):
-        raise ScenarioError(f"{place}: columns must be {FORM} (got {', '.join(names)})")
-    return names
-
-
-def _ordered(row: Sequence[str], names: Sequence[str], place: str) -> list[str]:
-    if len(row) != len(names):
-        raise ScenarioError(f"{place} must be {len(names)} numbers, {','.join(names)} (got {','.join(row)})")
-    cells = dict(zip(names, row, strict=True))
-    return [cells[name] for name in ("x", "y", "heading") if name in cells]
-
-
-def _yaml_rows(text: str, path: Path) -> Iterator[tuple[str, Sequence[Any]]]:
-    try:
-        content = read_yaml(text)
-    except yaml.YAMLError as error:
-        raise ScenarioError(f"path file {path} cannot be read: {in_one_line(error)}") from None
-    if isinstance(content, dict):
-        content = content.get("waypoints")
-    # Of a list of six numbers it is not known whether they are three pairs, or two waypoints with a heading.
-    if not isinstance(content, list) or (content and not any(isinstance(row, list) for row in content)):
-        raise ScenarioError(f"path file {path} has no list of waypoints: it must be [[x, y], [x, y], ...]")
-    for number, row in enumerate(content, 1):
-        yield f"waypoint {number}", row if isinstance(row, list) else [row]
-
-
-def _waypoint(row: Sequence[Any], place: str) -> Waypoint:
-    try:
-        numbers = [number_of(str(cell)) for cell in row]
-    except (TypeError, ValueError, OverflowError):
-        numbers = []
-    if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)):
-        raise ScenarioError(f"{place} must be x,y or x,y,heading, finite numbers (got {','.join(map(str, row))})")
-    x, y, *heading = numbers
-    return x, y, heading[0] if heading else 0.0
-
-
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @detach_option
@@ -250,11 +169,4 @@ def path(file: Path, detach: bool, namespace: str) -> None:
     are refused. The exit code is 0 only where the vessel has come to the end. Ctrl-C cancels: the vessel comes to rest on its
     way and keeps station.
     """
-    points = read_waypoints(file)  # before the search for nodes: a wrong file is reported at once
-    with running_vessel(namespace) as remote:
-        from vessel_hsmc_ros.nodes.remote import sail_along, send_path
-
-        if detach:
-            print_line(send_path(remote, points))
-        else:
-            show_until_end(lambda show: sail_along(remote, points, show))
+    sail(read_waypoints(file), namespace, detach)  # a wrong file is reported before the search for nodes

@@ -7,16 +7,15 @@ import click
 
 from vessel_hsmc_ros.cli.console import print_result, print_warning, progress_bar
 from vessel_hsmc_ros.cli.options import (
-    Output,
     campaign_row_options,
     compare_with_row,
     interpreted_option,
     law_file_option,
     load_checked,
+    no_page_option,
     of_row,
     optional_scenario_argument,
-    parse_changes,
-    run_output_options,
+    output_option,
     set_option,
 )
 from vessel_hsmc_ros.scenario.run_folder import check_writable
@@ -30,14 +29,16 @@ from vessel_hsmc_ros.studies import scenario_run
 @set_option
 @interpreted_option
 @law_file_option
-@run_output_options
+@output_option
+@no_page_option
 @click.option("--no-bag", is_flag=True, help="Write no bag, which a page and a replay would need later.")
 def simulate(
     scenario: str | None,
     campaign: Path | None,
     row: int | None,
-    changes: tuple[str, ...],
-    output: Output,
+    changes: dict[str, object],
+    output: Path,
+    no_page: bool,
     no_bag: bool,
 ) -> None:
     """Simulate a scenario quickly, without ROS.
@@ -47,11 +48,11 @@ def simulate(
     command repeats one run of a campaign and compares the metrics.
     """
     chosen = of_row(scenario, campaign, row, bool(changes))
-    loaded = chosen.scenario() if chosen else load_checked(scenario or "", parse_changes(changes))
+    loaded = chosen.scenario() if chosen else load_checked(scenario or "", changes)
     for line in check_goals(loaded):
         print_warning(line)
-    check_writable(output.parent)
+    check_writable(output)
     with progress_bar(f"simulating {loaded.name}", loaded.vessel_sim.duration) as update:
-        result = scenario_run.run_offline(loaded, output.parent, update, with_bag=not no_bag, with_page=output.with_page)
+        result = scenario_run.run_offline(loaded, output, update, with_bag=not no_bag, with_page=not no_page)
     print_result(result)
     sys.exit(compare_with_row(chosen, result) if chosen else result.exit_code)

@@ -8,16 +8,13 @@ import yaml
 
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ScenarioError
-from vessel_hsmc_ros.faults import KINDS, Fault, FaultScript, check_settings
-from vessel_hsmc_ros.scenario.parameters_file import FAULTS, in_one_line, read_text, read_yaml
+from vessel_hsmc_ros.faults import Fault, FaultScript, check_settings
+from vessel_hsmc_ros.scenario.parameters_file import FAULTS, parsed, read_file, read_yaml
 
 
 def parse_script(text: str, source: str) -> FaultScript:
     """Make a script from its text."""
-    try:
-        document = read_yaml(text)
-    except yaml.YAMLError as error:
-        raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
+    document = parsed(text, source)
     if not isinstance(document, dict) or FAULTS not in document:
         raise ScenarioError(f"{source} is not a fault script: it must have seed and a list named faults")
     if unknown := document.keys() - {"seed", "faults"}:
@@ -30,11 +27,7 @@ def parse_script(text: str, source: str) -> FaultScript:
 
 def load_script(path: Path) -> FaultScript:
     """Read a fault script."""
-    try:
-        text = read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"fault script {path} cannot be read: {in_one_line(error)}") from None
-    return parse_script(text, f"fault script {path}")
+    return parse_script(read_file(path, "fault script"), f"fault script {path}")
 
 
 def faults_of_scenario(text: str, seed: int, source: str) -> FaultScript | None:
@@ -72,21 +65,3 @@ def dump_script(script: FaultScript) -> str:
         values = schema.flatten(fault)
         entries.append({n: v for n, v in values.items() if n in ("at", "kind") or v != default[n]})
     return yaml.safe_dump({"seed": script.seed, "faults": entries}, sort_keys=False)
-
-
-def kind_table() -> str:
-    """The kinds of faults as a Markdown table, as docs/faults.md has it."""
-    rows = ["| kind | acts on | what happens | settings | lockstep |", "|---|---|---|---|---|"]
-    for name, kind in KINDS.items():
-        settings = ", ".join(f"**{s}**" if s in kind.needs else s for s in kind.takes)
-        rows.append(f"| `{name}` | {kind.target} | {kind.meaning} | {settings} | {'yes' if kind.lockstep else 'no'} |")
-    return "\n".join(rows) + "\n"
-
-
-def setting_table() -> str:
-    """The settings of faults as a Markdown table, as docs/faults.md has it."""
-    rows = ["| setting | default | allowed | meaning |", "|---|---|---|---|"]
-    for name, entry in schema.entries(Fault).items():
-        default = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
-        rows.append(f"| `{name}` | {default} | {entry.allowed} | {entry.description} |")
-    return "\n".join(rows) + "\n"

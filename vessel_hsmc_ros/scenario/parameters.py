@@ -13,8 +13,6 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import yaml
-
 from vessel_hsmc_ros.control.interface.known_vessel import KnownVessel
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.control.loop.observer_model import ObserverParameters
@@ -49,8 +47,7 @@ from vessel_hsmc_ros.scenario.parameters_file import (
     VESSEL_NAME,
     flat,
     in_long_form,
-    in_one_line,
-    read_yaml,
+    parsed,
 )
 
 
@@ -265,10 +262,7 @@ def read_parameters(
     may be given once for all: each node takes those that it declares. `nodes`: the names of the nodes, in whatever namespace,
     with the names of their parameters. `namespace`: of the vessel, where sections for others are to be left out.
     """
-    try:
-        document = read_yaml(text)
-    except yaml.YAMLError as error:
-        raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
+    document = parsed(text, source)
     if not isinstance(document, dict):
         raise ScenarioError(f"{source} is not a ROS parameters file: it must have node names at its top level")
     values: dict[str, dict[str, object]] = {node: {} for node in nodes}

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 import yaml
 
-from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 
 _TAG = "tag:yaml.org,2002:"
 _SCALARS = {
@@ -57,6 +57,22 @@ for _kind, _pattern in _SCALARS.items():
 def read_text(path: Path) -> str:
     """The text of a file in UTF-8, with or without a byte order mark."""
     return path.read_text(encoding="utf-8-sig")
+
+
+def read_file(path: Path, kind: str) -> str:
+    """The text of a file; `kind`: what it is. Raises ScenarioError if it cannot be read."""
+    try:
+        return read_text(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ScenarioError(f"{kind} {path} cannot be read: {in_one_line(error)}") from None
+
+
+def parsed(text: str, source: str) -> Any:
+    """What a text in YAML holds; `source`: where it is from. Raises ScenarioError if it is not YAML."""
+    try:
+        return read_yaml(text)
+    except yaml.YAMLError as error:
+        raise ScenarioError(f"{source} cannot be read: {in_one_line(error)}") from None
 
 
 def read_yaml(text: str) -> Any:

@@ -116,6 +116,19 @@ def make_run_folder(parent: Path, name: str) -> RunFolder:
     raise RunError(f"run folder {parent / stem} cannot be made: a thousand of that name exist")
 
 
+def folder_for(output: Path | None, name: str) -> Path:
+    """A folder for the files of a study: the given one, which may exist, or a new one in `runs`."""
+    if output is None:
+        check_writable(Path("runs"))
+        return make_run_folder(Path("runs"), name).path
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RunError(f"folder {output} cannot be made: {error.strerror}") from None
+    check_writable(output)
+    return output
+
+
 def provenance() -> dict[str, Any]:
     """Version of the code, and the machine it runs on."""
     return {

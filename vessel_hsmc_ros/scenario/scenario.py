@@ -1,6 +1,5 @@
 """A scenario: the parameters of all nodes from one ROS parameters file, read without ROS and validated together."""
 
-import difflib
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -13,7 +12,6 @@ from vessel_hsmc_ros.control.loop.observer import Observer
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import InstabilityError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.fence import allowed, fence_of
-from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.node_list import RECORDER, taking_part
 from vessel_hsmc_ros.core.timing import RateGrid
 from vessel_hsmc_ros.faults import TOPICS, FaultScript, check_mode, check_target
@@ -23,6 +21,7 @@ from vessel_hsmc_ros.messages.topics import message_type
 from vessel_hsmc_ros.plant.hull_parameters import check_hull
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
+from vessel_hsmc_ros.scenario.library import SCENARIOS
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
     AllocationParameters,
@@ -34,7 +33,7 @@ from vessel_hsmc_ros.scenario.parameters import (
     read_parameters,
     without_foreign_hull_data,
 )
-from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_long_form, in_one_line, read_text
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, in_long_form, read_file
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 
@@ -84,14 +83,12 @@ class Scenario:
         return replace(self, recorder=recorder, controller=controller)
 
 
-def scenario_names() -> list[str]:
-    """Names of the scenarios that come with the package."""
-    return sorted(path.stem for path in (share_directory() / "config").glob("*.yaml"))
+scenario_names = SCENARIOS.names
 
 
 def scenario_text(name: str | Path) -> str:
     """The ROS parameters file of a scenario. Raises ScenarioError if the scenario is unknown or unreadable."""
-    return _read(_find(name), "scenario file")
+    return SCENARIOS.read(SCENARIOS.find(name))
 
 
 def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None) -> Scenario:
@@ -106,13 +103,13 @@ def load_scenario(name: str | Path, changes: Mapping[str, object] | None = None)
         ScenarioError: the scenario is unknown or unreadable, or its rates do not fit each other.
         ParameterError: a parameter is unknown or out of range.
     """
-    path = _find(name)
-    return parse_scenario(_read(path, "scenario file"), path.stem, changes, f"scenario file {path}", path.parent)
+    path = SCENARIOS.find(name)
+    return parse_scenario(SCENARIOS.read(path), path.stem, changes, f"scenario file {path}", path.parent)
 
 
 def read_changes(path: Path) -> dict[str, object]:
     """Read a ROS parameters file as changes by `node.parameter`, which `load_scenario` applies to a scenario."""
-    values = _read_values(_read(path, "parameters file"), f"parameters file {path}", path.parent)
+    values = _read_values(read_file(path, "parameters file"), f"parameters file {path}", path.parent)
     return {f"{node}.{name}": value for node, of_node in values.items() for name, value in of_node.items()}
 
 
@@ -121,13 +118,6 @@ def _read_values(text: str, source: str, folder: Path, namespace: str | None = N
     nodes = declared()
     found = read_parameters(text, nodes, source, namespace)
     return {node: with_vessel(values, nodes[node], folder) for node, values in found.items()}
-
-
-def _read(path: Path, kind: str) -> str:
-    try:
-        return read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{kind} {path} cannot be read: {in_one_line(error)}") from None
 
 
 def parse_scenario(
@@ -330,28 +320,6 @@ def make_observer(parameters: ControllerParameters) -> Observer | None:
 def dump_scenario(scenario: Scenario) -> str:
     """Write a scenario as a ROS parameters file, with the value of every parameter."""
     return dump_parameters({node: schema.flatten(getattr(scenario, node)) for node in NODES})
-
-
-def _find(name: str | Path) -> Path:
-    path = Path(name)
-    if path.suffix in (".yaml", ".yml"):
-        if path.is_file():
-            return path
-        raise ScenarioError(f"scenario file {path} does not exist{_meant(path)}")
-    known = scenario_names()
-    if str(name) not in known:
-        must_be = f"it must be one of {', '.join(known)} or the path of a YAML file"
-        raise ScenarioError(f"scenario {name} is unknown{_meant(path)}: {must_be}")
-    return share_directory() / "config" / f"{name}.yaml"
-
-
-def _meant(path: Path) -> str:
-    """The scenario or file that a name is nearest to, as a part of an error message; empty if none is near."""
-    beside = path.parent.glob("*.y*ml") if path.parent.is_dir() else ()
-    shown = {each.stem: f"./{each}" if each.parent == Path() else str(each) for each in beside}
-    names = {name: name for name in scenario_names() if path.parent == Path()} | shown
-    near = difflib.get_close_matches(path.stem, names, n=1, cutoff=0.75)
-    return f" (did you mean {names[near[0]]}?)" if near else ""
 
 
 def _defaults_named_in(message: str, given: Collection[str]) -> str:

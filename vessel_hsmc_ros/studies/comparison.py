@@ -21,10 +21,10 @@ from vessel_hsmc_ros.report.page_kit import Section, render_sections, writing
 from vessel_hsmc_ros.report.record import bounds, planned
 from vessel_hsmc_ros.scenario.run_folder import file_name, provenance
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario
-from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies import batch
+from vessel_hsmc_ros.studies.suite import WINDOWS, Row, Verdict, judge
 
 FALLBACK_RATE_HZ = 100.0  # rate of a law that is unstable at the requested one; the notes of the comparison mention it
 POINTS = 3000  # approximate number of points of a line in a figure

@@ -66,6 +66,27 @@ class Verification:
         return indices
 
 
+AXES = (("surge force", "N"), ("yaw moment", "N·m"))
+
+
+def verdict(result: Verification) -> list[str]:
+    """The lines that report a verification: number of commands, largest difference, first difference."""
+    count = len(result.time)
+    surge, yaw = result.largest
+    lines = [f"{count} commands over {result.time[-1]:g} s: max |delta tau| = {surge:g} N, {yaw:g} N·m"]
+    if not len(result.differing):
+        lines.append("every command is bit-identical")
+    else:
+        # With repr, which shows every digit: the values may differ in the last bit only.
+        first = int(result.differing[0])
+        pairs = zip(AXES, result.recorded[first].tolist(), result.computed[first].tolist(), strict=True)
+        values = ", ".join(f"{name} {old!r} {unit} recorded and {new!r} {unit} now" for (name, unit), old, new in pairs)
+        lines.append(f"{len(result.differing)} commands differ, the first at t = {result.time[first]:g} s: {values}")
+    if result.beyond:
+        lines.append(f"{result.beyond} odometry messages follow the last one whose command and reference are in the bag")
+    return lines
+
+
 def verify(bag: Bag, scenario: Scenario, namespace: str | None = None) -> Verification:
     """Recompute every command of a recorded lockstep run."""
     if not scenario.controller.lockstep:

@@ -15,8 +15,8 @@ from vessel_hsmc_ros.core.metrics import position_error, reversals_per_second
 from vessel_hsmc_ros.core.schema import build
 from vessel_hsmc_ros.plant.dynamics import rk4
 from vessel_hsmc_ros.plant.hull_parameters import VesselParameters
-from vessel_hsmc_ros.scenario.suite import judge, load_suite
 from vessel_hsmc_ros.simulation.offline import load_scenario, simulate
+from vessel_hsmc_ros.studies.suite import judge, load_suite
 
 ROWS = {row.name: row for row in load_suite("guided")}
 SHIP = VesselParameters().coefficients()

@@ -4,10 +4,11 @@ import math
 
 import pytest
 
+from vessel_hsmc_ros.scenario.library import CAMPAIGNS
 from vessel_hsmc_ros.studies.batch import simulate_one
-from vessel_hsmc_ros.studies.campaign.plan import Campaign, campaign_names
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
 
-pytestmark = pytest.mark.parametrize("name", campaign_names())
+pytestmark = pytest.mark.parametrize("name", CAMPAIGNS.names())
 
 
 def test_the_campaign_can_be_planned_and_takes_at_most_some_thousand_draws(name: str) -> None:

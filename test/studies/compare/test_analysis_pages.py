@@ -11,9 +11,9 @@ from vessel_hsmc_ros.bags.run_to_bag import write_bag
 from vessel_hsmc_ros.core.exceptions import InstallationError
 from vessel_hsmc_ros.report import page
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.suite import KEYS, load_suite
 from vessel_hsmc_ros.simulation.offline import ClosedLoop, simulate
 from vessel_hsmc_ros.studies.comparison import Task, compare
+from vessel_hsmc_ros.studies.suite import KEYS, load_suite
 
 DOCS = Path(__file__).parents[3] / "docs"
 

@@ -19,11 +19,11 @@ from vessel_hsmc_ros.report.diagrams import spans
 from vessel_hsmc_ros.report.page import WrittenFiles
 from vessel_hsmc_ros.report.record import measured
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.suite import WINDOWS, Row, Verdict, judge
 from vessel_hsmc_ros.studies import comparison
 from vessel_hsmc_ros.studies.batch import thinned
 from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, measure
 from vessel_hsmc_ros.studies.scenario_run import conclusions
+from vessel_hsmc_ros.studies.suite import WINDOWS, Row, Verdict, judge
 
 Array = NDArray[Any]
 

@@ -18,11 +18,11 @@ from vessel_hsmc_ros.cli.console import print_table
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core.exceptions import BagError, ParameterError, ScenarioError
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.suite import Row
 from vessel_hsmc_ros.simulation.compilation import DISABLED
 from vessel_hsmc_ros.studies import comparison
 from vessel_hsmc_ros.studies.comparison import LawMetrics, LawRun, Task, compare, default_laws, prepare, run_task
 from vessel_hsmc_ros.studies.scenario_run import run_offline
+from vessel_hsmc_ros.studies.suite import Row
 
 SHORT = {"vessel_sim.duration": 2.0}
 ROW = Row("circle", changes=SHORT, at_most=100.0)

@@ -3,9 +3,10 @@ import pytest
 
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
-from vessel_hsmc_ros.scenario.ship_rules import Scale, excitation, manoeuvres, scale_of, scenario_text, starts
+from vessel_hsmc_ros.scenario.ship_rules import Scale, scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.simulation.offline import simulate
+from vessel_hsmc_ros.studies.identification.excitation import excitation, manoeuvres, scenario_text, starts
 
 
 @pytest.fixture

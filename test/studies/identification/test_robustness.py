@@ -9,11 +9,12 @@ from durations import rest_long
 from vessel_hsmc_ros.core.exceptions import IdentificationError
 from vessel_hsmc_ros.scenario.own_ship import ship_of
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
-from vessel_hsmc_ros.scenario.ship_rules import excitation, scale_of, scenario_text
+from vessel_hsmc_ros.scenario.ship_rules import scale_of
 from vessel_hsmc_ros.scenario.vessels import read_vessel
 from vessel_hsmc_ros.simulation.offline import simulate
 from vessel_hsmc_ros.studies.identification import estimate
 from vessel_hsmc_ros.studies.identification.estimate import Shooting, identify, refine
+from vessel_hsmc_ros.studies.identification.excitation import excitation, scenario_text
 from vessel_hsmc_ros.studies.identification.measurements import from_run
 from vessel_hsmc_ros.studies.identification.regression import natural_scale, regress
 from vessel_hsmc_ros.studies.identification.types import Identified, Measurements, model, smooth, unknowns, windows

@@ -6,10 +6,11 @@ import pytest
 from durations import rest_long
 from supervised_runs import supervise
 
+from vessel_hsmc_ros.scenario.library import SUITES
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.suite import load_suite, suite_names
+from vessel_hsmc_ros.studies.suite import load_suite
 
-FIRST = [(name, load_suite(name)[0]) for name in suite_names()]
+FIRST = [(name, load_suite(name)[0]) for name in SUITES.names()]
 
 
 @pytest.mark.parametrize(("suite", "row"), rest_long(FIRST, 4), ids=[name for name, _ in FIRST])

@@ -8,8 +8,8 @@ import pytest
 
 from vessel_hsmc_ros.cli.options import compare_with_row
 from vessel_hsmc_ros.scenario.scenario import load_scenario
-from vessel_hsmc_ros.scenario.suite import Row
 from vessel_hsmc_ros.studies.comparison import Task, prepare
+from vessel_hsmc_ros.studies.suite import Row
 from vessel_hsmc_ros.studies.verification import _shortened
 
 CHANGES: dict[str, object] = {"controller.law": "pd", "controller.rate_hz": 50.0, "vessel_sim.seed": 3}

@@ -24,10 +24,10 @@ import yaml
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError
-from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.law_file import law_provenance
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
+from vessel_hsmc_ros.scenario.library import CAMPAIGNS, SUFFIXES
+from vessel_hsmc_ros.scenario.parameters_file import parsed, read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_text
 from vessel_hsmc_ros.scenario.warnings import check_effects
 from vessel_hsmc_ros.studies.campaign.distributions import (
@@ -60,31 +60,20 @@ class Source(NamedTuple):
     scenario: str  # its ROS parameters file
 
 
-def campaign_names() -> list[str]:
-    """Names of the campaigns that come with the package."""
-    return sorted(path.stem for path in (share_directory() / "config" / "campaigns").glob("*.yaml"))
-
-
 def read_source(name: Path | str) -> Source:
     """Read the texts of a campaign."""
-    path = _find(name)
-    try:
-        text = read_text(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"campaign file {path} cannot be read: {in_one_line(error)}") from None
+    path = CAMPAIGNS.find(name)
+    text = CAMPAIGNS.read(path)
     scenario = document(Source(path.stem, text, "", "")).get("scenario")
     if not isinstance(scenario, str):
         raise ScenarioError(f"campaign file {path}: scenario must be a name or the path of a YAML file (got {scenario})")
-    located = path.parent / scenario if Path(scenario).suffix in (".yaml", ".yml") else scenario
+    located = path.parent / scenario if Path(scenario).suffix in SUFFIXES else scenario
     return Source(path.stem, text, Path(scenario).stem, scenario_text(located))
 
 
 def document(source: Source) -> dict[str, Any]:
     """The entries of a campaign file. Raises ScenarioError if it is not YAML, or has other keys."""
-    try:
-        found = read_yaml(source.text)
-    except yaml.YAMLError as error:
-        raise ScenarioError(f"campaign {source.name} cannot be read: {in_one_line(error)}") from None
+    found = parsed(source.text, f"campaign {source.name}")
     if not isinstance(found, dict) or "scenario" not in found:
         raise ScenarioError(f"campaign {source.name} is not a campaign file: its keys must be {', '.join(KEYS)}")
     for key in found:
@@ -144,18 +133,6 @@ def _parse(source: Source, entries: Mapping[str, Any], runs: int | None) -> tupl
         _metrics(entries.get("metrics", [])),
         _integer(entries, "chunk", 1, 1_000_000, CHUNK),
     )
-
-
-def _find(name: Path | str) -> Path:
-    path = Path(name)
-    if path.suffix in (".yaml", ".yml"):
-        return path
-    if str(name) not in campaign_names():
-        known = ", ".join(campaign_names())
-        raise ScenarioError(
-            f"campaign {name} is unknown: it must be {f'one of {known} or ' if known else ''}the path of a YAML file"
-        )
-    return share_directory() / "config" / "campaigns" / f"{name}.yaml"
 
 
 def _mapping(entries: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -23,6 +23,7 @@ from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster
 from vessel_hsmc_ros.plant.dynamics import damping_force
 from vessel_hsmc_ros.report.record import limits
+from vessel_hsmc_ros.scenario.library import SUFFIXES
 from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names
@@ -235,7 +236,6 @@ def _is_steady(values: Array, largest: float) -> bool:
 
 OUTPUT = 0.85  # share of the largest output at which the manoeuvres begin
 MAX_STEADY_SPEED = 1e3  # a ship has no steady speed below this: its hull data contain no damping, m/s or rad/s
-SUFFIXES = (".yaml", ".yml")
 
 CALM: dict[str, object] = {
     "controller.law": "manoeuvre",

@@ -33,12 +33,13 @@ from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.schema import Entry
+from vessel_hsmc_ros.scenario.library import CAMPAIGNS, SCENARIOS, SUFFIXES, SUITES
 from vessel_hsmc_ros.scenario.parameters import controller_parameters
 from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
-from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, make_law, scenario_names
-from vessel_hsmc_ros.scenario.suite import Row, load_suite, suite_names
+from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, make_law
 from vessel_hsmc_ros.studies.batch import Outcome, simulate_many
-from vessel_hsmc_ros.studies.campaign.plan import Campaign, campaign_names
+from vessel_hsmc_ros.studies.campaign.plan import Campaign
+from vessel_hsmc_ros.studies.suite import Row, load_suite
 
 FORM = "controller.law.name, or controller.law.name=low:high, with :log to search on a logarithmic scale"
 
@@ -193,9 +194,8 @@ def _of_row(row: Row, changes: Mapping[str, object]) -> Case:
 
 def _kind(source: str) -> str:
     """Whether a source is a scenario, a suite or a campaign; an unknown name is left to the loader of scenarios."""
-    if Path(source).suffix not in (".yaml", ".yml"):
-        kinds = {"scenario": scenario_names(), "suite": suite_names(), "campaign": campaign_names()}
-        return next((kind for kind, names in kinds.items() if source in names), "scenario")
+    if Path(source).suffix not in SUFFIXES:
+        return next((library.kind for library in (SCENARIOS, SUITES, CAMPAIGNS) if source in library.names()), "scenario")
     try:
         document = read_yaml(read_text(Path(source)))
     except (OSError, UnicodeDecodeError, yaml.YAMLError):

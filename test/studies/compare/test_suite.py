@@ -10,12 +10,11 @@ import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Run
+from vessel_hsmc_ros.scenario.library import SUITES
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
-from vessel_hsmc_ros.scenario.suite import Row, judge, load_suite, suite_names
-
-SUITES = Path(__file__).parents[2] / "config" / "suites"
+from vessel_hsmc_ros.studies.suite import Row, judge, load_suite
 
 
 def run_with(distance: Callable[[float], float]) -> Run:
@@ -34,11 +33,11 @@ def suite(tmp_path: Path, text: str) -> tuple[Row, ...]:
 
 
 def test_the_rows_of_every_suite_load() -> None:
-    for name in suite_names():
+    for name in SUITES.names():
         rows = load_suite(name)
         assert len({row.name for row in rows}) == len(rows)
         # Rows of the smallest and of the largest ship are enough: those between have the same numbers in units of their ships.
-        between = [*(yaml.safe_load((SUITES / f"{name}.yaml").read_text()).get("ships") or {})][1:-1]
+        between = [*(yaml.safe_load(SUITES.path(name).read_text()).get("ships") or {})][1:-1]
         for row in rows:
             if row.name.rpartition(", ")[2] not in between:
                 load_scenario(row.scenario, row.changes)

@@ -32,16 +32,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
-from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.core.metrics import Run, position_error, rms, summarise
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
+from vessel_hsmc_ros.scenario.library import SUITES
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
-from vessel_hsmc_ros.scenario.parameters_file import in_one_line, read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import parsed
 from vessel_hsmc_ros.scenario.scenario import parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of
 
@@ -99,11 +97,8 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
 
     `name`: a suite of the package, such as `guided`, or the path of a YAML file.
     """
-    path = _find(name)
-    try:
-        document = read_yaml(read_text(path))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ScenarioError(f"suite file {path} cannot be read: {in_one_line(error)}") from None
+    path = SUITES.find(name)
+    document = parsed(SUITES.read(path), f"suite file {path}")
     if not isinstance(document, dict) or not document.keys() <= set(PARTS) or not isinstance(document.get("rows"), list):
         raise ScenarioError(f"suite file {path} is not a suite: its keys must be {', '.join(PARTS)}")
     shared, variants = _changes(document, f"suite file {path}"), document.get("variants") or {}
@@ -114,20 +109,6 @@ def load_suite(name: str | Path) -> tuple[Row, ...]:
         raise ScenarioError(f"ships of suite file {path} are malformed: each must be main data by name")
     entries = (each for entry in document["rows"] for each in _expanded(entry, variants, path))
     return tuple(_row(each, shared, path, ship) for entry in entries for each, ship in _on_ships(entry, ships, path))
-
-
-def suite_names() -> list[str]:
-    """Names of the suites that come with the package."""
-    return sorted(path.stem for path in (share_directory() / "config" / "suites").glob("*.yaml"))
-
-
-def _find(name: str | Path) -> Path:
-    path = Path(name)
-    if path.suffix in (".yaml", ".yml"):
-        return path
-    if str(name) not in suite_names():
-        raise ScenarioError(f"suite {name} is unknown: it must be one of {', '.join(suite_names())} or the path of a YAML file")
-    return share_directory() / "config" / "suites" / f"{name}.yaml"
 
 
 def _expanded(entry: Any, variants: Mapping[str, Mapping[str, object]], path: Path) -> list[Any]:

@@ -6,18 +6,10 @@ import numpy as np
 import pytest
 
 from vessel_hsmc_ros.plant.dynamics import damping_force, derivative
-from vessel_hsmc_ros.scenario.vessels import (
-    Figures,
-    agreement,
-    agrees,
-    figures,
-    markdown,
-    read_vessel,
-    steady_motion,
-    vessel_names,
-)
+from vessel_hsmc_ros.scenario.vessels import read_vessel, vessel_names
+from vessel_hsmc_ros.studies.vessel_figures import Figures, agreement, agrees, figures, markdown, steady_motion
 
-DOCS = Path(__file__).parents[2] / "docs" / "vessels.md"
+DOCS = Path(__file__).parents[3] / "docs" / "vessels.md"
 
 LIMITED = [name for name in vessel_names() if name != "paper_ship"]
 
