@@ -18,7 +18,8 @@ networks' weights or covariances are read only when they are used themselves.
 
 import heapq
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
@@ -29,7 +30,8 @@ import yaml
 
 from vessel_hsmc_ros.bags import run_from_bag
 from vessel_hsmc_ros.bags.files import BagFiles, RawMessage, bag_path
-from vessel_hsmc_ros.bags.topic_columns import Series, load_columns, topics_of
+from vessel_hsmc_ros.bags.rosbag2_metadata import offered_qos
+from vessel_hsmc_ros.bags.topic_columns import Series, load_columns
 from vessel_hsmc_ros.bags.writer import PARAMETERS, RECORDING, SCENARIO
 from vessel_hsmc_ros.control.laws import LAWS
 from vessel_hsmc_ros.core import schema
@@ -182,7 +184,7 @@ class Bag:
         self._source = BagFiles(path)
         self.files = self._source.contents
         self.missing = self._source.missing
-        self.topics: dict[str, Series] = topics_of(self._source)
+        self.topics: dict[str, Series] = _topics_of(self._source)
         self._vessels = run_from_bag.VesselTopics(path, self.topics, {own: name for own, name in (given or {}).items() if name})
 
     def __getitem__(self, name: str) -> Series:
@@ -412,3 +414,40 @@ class Bag:
                 yield heapq.heappop(waiting)[2]
         while waiting:
             yield heapq.heappop(waiting)[2]
+
+
+class _Channel(NamedTuple):
+    """A channel of one file: name of its type and encoding of its messages, and what else is known of it."""
+
+    kind: tuple[str, str]
+    definition: str
+    type_hash: str
+    qos: list[dict[str, Any]]
+    messages: int
+
+
+def _topics_of(files: BagFiles) -> dict[str, Series]:
+    """The topics of a bag by their full names; those of other programs than ROS 2 too, whose messages are only passed on."""
+    found: dict[str, list[_Channel]] = {}
+    for contents in files.contents:
+        for channel in contents.channels.values():
+            schema = contents.schemas.get(channel.schema_id)
+            known = schema is not None and schema.encoding == "ros2msg"
+            text = schema.data.decode(errors="replace") if schema and known else ""
+            kind, type_hash = schema.name if schema else "", channel.metadata.get("topic_type_hash", "")
+            made = _Channel((kind, channel.message_encoding), text, type_hash, offered_qos(channel), contents.counts[channel.id])
+            found.setdefault(channel.topic, []).append(made)
+    return {name: _series(name, channels, files) for name, channels in found.items()}
+
+
+def _series(name: str, channels: Sequence[_Channel], files: BagFiles) -> Series:
+    """A topic of one or several channels: of those of several types, the type with the most messages."""
+    counts: Counter[tuple[str, str]] = Counter()
+    for channel in channels:
+        counts[channel.kind] += channel.messages
+    (kind, encoding), _ = counts.most_common(1)[0]
+    alike = [channel for channel in channels if channel.kind == (kind, encoding)]
+    definition = next((channel.definition for channel in alike if channel.definition), "")
+    others = [f"{found[0] or 'no type'} in {found[1]} ({n})" for found, n in counts.items() if n and found != (kind, encoding)]
+    first = alike[0]
+    return Series(name, kind, definition, first.type_hash, first.qos, files, counts.total(), encoding, ", ".join(others))

@@ -12,7 +12,6 @@ import math
 import re
 import struct
 import warnings
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -28,7 +27,6 @@ from rosbags.typesys import get_types_from_msg
 
 from vessel_hsmc_ros.bags.files import BagFiles, channel_offsets
 from vessel_hsmc_ros.bags.mcap_contents import MESSAGE_FIELDS, MESSAGE_HEADER, MESSAGE_HEADER_TYPE
-from vessel_hsmc_ros.bags.rosbag2_metadata import offered_qos
 from vessel_hsmc_ros.core.exceptions import BagError, BagWarning
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 
@@ -448,43 +446,6 @@ class Series:
         if self.others or self.encoding != "cdr" or not self.definition:
             raise BagError(f"{self.name} cannot be decoded: it {self.undecodable}")
         return MessageDecoder(self.name, self.type, self.definition)
-
-
-class _Channel(NamedTuple):
-    """A channel of one file: name of its type and encoding of its messages, and what else is known of it."""
-
-    kind: tuple[str, str]
-    definition: str
-    type_hash: str
-    qos: list[dict[str, Any]]
-    messages: int
-
-
-def topics_of(files: BagFiles) -> dict[str, Series]:
-    """The topics of a bag by their full names; those of other programs than ROS 2 too, whose messages are only passed on."""
-    found: dict[str, list[_Channel]] = {}
-    for contents in files.contents:
-        for channel in contents.channels.values():
-            schema = contents.schemas.get(channel.schema_id)
-            known = schema is not None and schema.encoding == "ros2msg"
-            text = schema.data.decode(errors="replace") if schema and known else ""
-            kind, type_hash = schema.name if schema else "", channel.metadata.get("topic_type_hash", "")
-            made = _Channel((kind, channel.message_encoding), text, type_hash, offered_qos(channel), contents.counts[channel.id])
-            found.setdefault(channel.topic, []).append(made)
-    return {name: _series(name, channels, files) for name, channels in found.items()}
-
-
-def _series(name: str, channels: Sequence[_Channel], files: BagFiles) -> Series:
-    """A topic of one or several channels: of those of several types, the type with the most messages."""
-    counts: Counter[tuple[str, str]] = Counter()
-    for channel in channels:
-        counts[channel.kind] += channel.messages
-    (kind, encoding), _ = counts.most_common(1)[0]
-    alike = [channel for channel in channels if channel.kind == (kind, encoding)]
-    definition = next((channel.definition for channel in alike if channel.definition), "")
-    others = [f"{found[0] or 'no type'} in {found[1]} ({n})" for found, n in counts.items() if n and found != (kind, encoding)]
-    first = alike[0]
-    return Series(name, kind, definition, first.type_hash, first.qos, files, counts.total(), encoding, ", ".join(others))
 
 
 def load_columns(topics: Iterable[Series], names: Iterable[str] = ()) -> None:
