@@ -19,7 +19,7 @@ def test_every_page_comes_from_one_environment() -> None:
     ]
     assert making == ["page_kit.py"]
     templates = [path for path in ROOT.glob("vessel_hsmc_ros/**/assets/*.html") if path.name not in ("base.html", "macros.html")]
-    assert len(templates) == 4
+    assert len(templates) == 3
     assert all(path.read_text(encoding="utf-8").startswith('{% extends "report/base.html" %}') for path in templates)
 
 
