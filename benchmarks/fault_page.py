@@ -14,24 +14,23 @@ GOOD, BAD, NONE = "#2f9e5b", "#c8342b", "#ececec"
 COLUMNS = [(law, mode) for mode in ("lockstep", "real time") for law in LAWS]
 
 
-def write_page(path: Path, cells: Sequence[Any], minutes: float) -> None:
+def write_page(path: Path, cells: Sequence[Any]) -> None:
     """Write the matrix of the page, between its marks, and the picture beside it.
 
     Args:
         path: The page, which has the marks.
         cells: The judged cells.
-        minutes: How long the matrix took.
     """
     text = path.read_text(encoding="utf-8")
     begin, end = "<!-- matrix -->\n", "<!-- end of matrix -->"
-    path.write_text(text.partition(begin)[0] + begin + matrix(cells, minutes) + end + text.partition(end)[2], encoding="utf-8")
+    path.write_text(text.partition(begin)[0] + begin + matrix(cells) + end + text.partition(end)[2], encoding="utf-8")
     draw(path.parent / "images" / "fault_matrix.svg", cells)
 
 
-def matrix(cells: Sequence[Any], minutes: float) -> str:
+def matrix(cells: Sequence[Any]) -> str:
     """The summary, and a table for each target."""
     bad = sum(bool(cell.problems) for cell in cells)
-    parts = [f"{len(cells)} cells, {len(cells) - bad} as expected, {bad} not, in {minutes:.0f} minutes.\n"]
+    parts = [f"{len(cells)} cells, {len(cells) - bad} as expected, {bad} not.\n"]
     for target in dict.fromkeys(cell.target for cell in cells):
         parts.append(f"\n### {target.capitalize()}\n\n{_table([cell for cell in cells if cell.target == target])}")
     if bad:

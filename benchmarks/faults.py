@@ -65,7 +65,7 @@ def main() -> int:
     bad = sum(bool(cell.problems) for cell in cells)
     print(f"{len(cells)} cells, {bad} not as expected, {minutes:.1f} minutes")
     if chosen.page:
-        write_page(chosen.page, cells, minutes)
+        write_page(chosen.page, cells)
     return 1 if bad else 0
 
 
