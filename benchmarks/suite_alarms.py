@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from vessel_hsmc_ros.core.exceptions import ControlError, SimulationError
-from vessel_hsmc_ros.scenario.library import SUITES
+from vessel_hsmc_ros.scenario.named_files import SUITES
 from vessel_hsmc_ros.scenario.scenario import scenario_names
 from vessel_hsmc_ros.simulation.compile import ensure_compiled
 from vessel_hsmc_ros.studies import batch

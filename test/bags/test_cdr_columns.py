@@ -33,3 +33,11 @@ def test_what_is_refused_by_itself_is_left_out_of_columns(wrong: bytes, place: C
     columns, readable = decoder.columns(b"".join(messages), np.cumsum(sizes) - sizes, sizes, NAMES)
     assert readable.tolist() == [each is VALID for each in messages]
     assert {name: len(column) for name, column in columns.items()} == dict.fromkeys(NAMES, messages.count(VALID))
+
+
+def test_no_field_of_whole_messages_needs_no_decoding(monkeypatch: pytest.MonkeyPatch) -> None:
+    decoder = MessageDecoder("/odom", KIND, definition(KIND))
+    monkeypatch.setattr(decoder, "deserialize", lambda _: pytest.fail("each message is decoded by itself"))
+    columns, readable = decoder.columns(VALID + VALID, np.array([0, len(VALID)]), np.array([len(VALID)] * 2), [])
+    assert columns == {}
+    assert readable.tolist() == [True, True]

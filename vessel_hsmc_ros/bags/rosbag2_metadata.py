@@ -1,7 +1,6 @@
 """A bag's metadata.yaml and the QoS profiles in it, in the form that rosbag2 of ROS 2 Jazzy writes."""
 
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -132,7 +131,7 @@ def bag_information(directory: Path, strict: bool = True) -> dict[str, Any]:
 
 def offered_qos(channel: Channel) -> list[dict[str, Any]]:
     """The QoS profiles of a channel's publishers; none where they cannot be read."""
-    return deepcopy(_profiles(channel.metadata.get("offered_qos_profiles", "")))
+    return [dict(each) for each in _profiles(channel.metadata.get("offered_qos_profiles", ""))]
 
 
 @lru_cache(maxsize=256)  # many topics have the same, and the metadata of a bag are written again and again
@@ -141,4 +140,4 @@ def _profiles(text: str) -> list[dict[str, Any]]:
         found = read_yaml(text)
     except yaml.YAMLError:
         return []
-    return [dict(each) for each in found if isinstance(each, dict)] if isinstance(found, list) else []
+    return [each for each in found if isinstance(each, dict)] if isinstance(found, list) else []

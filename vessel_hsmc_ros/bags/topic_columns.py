@@ -170,7 +170,8 @@ class MessageDecoder:
         """
         if not self._irregular:
             with suppress(BagError):  # of a damaged message
-                if columns := self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names):
+                columns = self._by_size(np.frombuffer(data, np.uint8), starts, sizes, names)
+                if columns is not None:
                     return columns, np.full(len(starts), True)
         self._irregular = True  # the fast way is not tried again with the topic's next messages
         ends = (starts + sizes).tolist()

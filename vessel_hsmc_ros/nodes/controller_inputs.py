@@ -395,13 +395,14 @@ def state_topics(form: str) -> dict[str, Any]:
 
 def listen_to_state(node: VesselNode, take: Callable[[Measured], None], profile: QoSProfile) -> None:
     """Subscribe to the measured motion in the form of the parameter `odometry.form`; `take` is called with each measurement."""
-    p = node.parameters.odometry
-    if p.form == "odometry":
-        node.listen(Odometry, "odom", lambda message: take(read_odometry(message, p.twist_frame)), profile)
-        return
-    joined = PoseAndTwist(node, take)
-    node.listen(POSES[p.form], "pose", joined.take_pose, profile)
-    node.listen(TwistStamped, "twist", joined.take_twist, profile)
+    p, joined = node.parameters.odometry, PoseAndTwist(node, take)
+    takers = {
+        "odom": lambda message: take(read_odometry(message, p.twist_frame)),
+        "pose": joined.take_pose,
+        "twist": joined.take_twist,
+    }
+    for topic, kind in state_topics(p.form).items():
+        node.listen(kind, topic, takers[topic], profile)
 
 
 class PoseAndTwist:

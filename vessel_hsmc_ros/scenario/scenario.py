@@ -21,7 +21,7 @@ from vessel_hsmc_ros.messages.topics import message_type
 from vessel_hsmc_ros.plant.hull_parameters import check_hull
 from vessel_hsmc_ros.scenario.fault_script import faults_of_scenario
 from vessel_hsmc_ros.scenario.law_file import law_source
-from vessel_hsmc_ros.scenario.library import SCENARIOS
+from vessel_hsmc_ros.scenario.named_files import SCENARIOS
 from vessel_hsmc_ros.scenario.parameters import (
     NODES,
     AllocationParameters,

@@ -18,7 +18,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.schema import Entry, Value
 from vessel_hsmc_ros.plant.devices import ActuatorParameters
 from vessel_hsmc_ros.plant.hull_parameters import ShipParameters
-from vessel_hsmc_ros.scenario.library import VESSELS
+from vessel_hsmc_ros.scenario.named_files import VESSELS
 from vessel_hsmc_ros.scenario.parameters_file import VESSEL, VESSEL_NAME, flat, parsed
 
 ACTUATORS = "actuators."  # prefix of the plant's actuators

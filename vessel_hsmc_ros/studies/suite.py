@@ -37,7 +37,7 @@ from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Run, position_error, rms, summarise
 from vessel_hsmc_ros.core.node_list import CONTROLLER, PLANT, REFERENCE
 from vessel_hsmc_ros.guidance.planned_track import PlannedTrack, clock, track_errors
-from vessel_hsmc_ros.scenario.library import SUITES
+from vessel_hsmc_ros.scenario.named_files import SUITES
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.parameters_file import parsed
 from vessel_hsmc_ros.scenario.scenario import parse_scenario

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from vessel_hsmc_ros.scenario.library import CAMPAIGNS
+from vessel_hsmc_ros.scenario.named_files import CAMPAIGNS
 from vessel_hsmc_ros.studies.batch import simulate_one
 from vessel_hsmc_ros.studies.campaign.plan import Campaign
 

@@ -10,7 +10,7 @@ import yaml
 
 from vessel_hsmc_ros.core.exceptions import ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Run
-from vessel_hsmc_ros.scenario.library import SUITES
+from vessel_hsmc_ros.scenario.named_files import SUITES
 from vessel_hsmc_ros.scenario.own_ship import MainData, scenario_text
 from vessel_hsmc_ros.scenario.scenario import load_scenario, parse_scenario
 from vessel_hsmc_ros.scenario.ship_rules import scale_of

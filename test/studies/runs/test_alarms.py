@@ -6,7 +6,7 @@ import pytest
 from durations import rest_long
 from supervised_runs import supervise
 
-from vessel_hsmc_ros.scenario.library import SUITES
+from vessel_hsmc_ros.scenario.named_files import SUITES
 from vessel_hsmc_ros.scenario.scenario import load_scenario
 from vessel_hsmc_ros.studies.suite import load_suite
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.quantities import number_of
-from vessel_hsmc_ros.scenario.library import SUFFIXES
+from vessel_hsmc_ros.scenario.named_files import SUFFIXES
 from vessel_hsmc_ros.scenario.parameters_file import parsed, read_file
 
 Waypoint = tuple[float, float, float]  # x, y, heading

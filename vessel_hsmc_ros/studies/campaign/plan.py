@@ -26,7 +26,7 @@ from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import CampaignError, ParameterError, ScenarioError
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.scenario.law_file import law_provenance
-from vessel_hsmc_ros.scenario.library import CAMPAIGNS, SUFFIXES
+from vessel_hsmc_ros.scenario.named_files import CAMPAIGNS, SUFFIXES
 from vessel_hsmc_ros.scenario.parameters_file import parsed, read_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_text
 from vessel_hsmc_ros.scenario.warnings import check_effects

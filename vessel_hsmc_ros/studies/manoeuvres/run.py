@@ -23,7 +23,7 @@ from vessel_hsmc_ros.core.metrics import Run
 from vessel_hsmc_ros.core.thruster_layout import ALL_ROUND, AZIMUTH, FIXED, Thruster
 from vessel_hsmc_ros.plant.dynamics import damping_force
 from vessel_hsmc_ros.report.record import limits
-from vessel_hsmc_ros.scenario.library import SUFFIXES
+from vessel_hsmc_ros.scenario.named_files import SUFFIXES
 from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, load_scenario, parse_scenario, scenario_names
 from vessel_hsmc_ros.scenario.vessels import vessel_names

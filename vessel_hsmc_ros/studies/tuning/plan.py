@@ -33,7 +33,7 @@ from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.kernel import Array
 from vessel_hsmc_ros.core.metrics import Metrics
 from vessel_hsmc_ros.core.schema import Entry
-from vessel_hsmc_ros.scenario.library import CAMPAIGNS, SCENARIOS, SUFFIXES, SUITES
+from vessel_hsmc_ros.scenario.named_files import CAMPAIGNS, SCENARIOS, SUFFIXES, SUITES
 from vessel_hsmc_ros.scenario.parameters import controller_parameters
 from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
 from vessel_hsmc_ros.scenario.scenario import Scenario, dump_scenario, load_scenario, make_law
@@ -195,7 +195,7 @@ def _of_row(row: Row, changes: Mapping[str, object]) -> Case:
 def _kind(source: str) -> str:
     """Whether a source is a scenario, a suite or a campaign; an unknown name is left to the loader of scenarios."""
     if Path(source).suffix not in SUFFIXES:
-        return next((library.kind for library in (SCENARIOS, SUITES, CAMPAIGNS) if source in library.names()), "scenario")
+        return next((files.kind for files in (SCENARIOS, SUITES, CAMPAIGNS) if source in files.names()), "scenario")
     try:
         document = read_yaml(read_text(Path(source)))
     except (OSError, UnicodeDecodeError, yaml.YAMLError):

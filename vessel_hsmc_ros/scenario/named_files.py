@@ -13,7 +13,7 @@ SUFFIXES = (".yaml", ".yml")
 
 
 @dataclass(frozen=True)
-class Library:
+class NamedFiles:
     """The files of one kind."""
 
     kind: str  # what one of them is, for messages
@@ -56,7 +56,7 @@ class Library:
         return f" (did you mean {names[near[0]]}?)" if near else ""
 
 
-SCENARIOS = Library("scenario", "")
-VESSELS = Library("vessel", "vessels")
-SUITES = Library("suite", "suites")
-CAMPAIGNS = Library("campaign", "campaigns")
+SCENARIOS = NamedFiles("scenario", "")
+VESSELS = NamedFiles("vessel", "vessels")
+SUITES = NamedFiles("suite", "suites")
+CAMPAIGNS = NamedFiles("campaign", "campaigns")
