@@ -43,7 +43,7 @@ from vessel_hsmc_ros.messages.conversions import read_status
 from vessel_hsmc_ros.messages.topics import EVENTS
 from vessel_hsmc_ros.plant.dynamics import Vessel
 from vessel_hsmc_ros.scenario.parameters import NODES, declared, read_parameters
-from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import dump_parameters, flat, read_yaml, yaml_text
 from vessel_hsmc_ros.scenario.scenario import Scenario, parse_scenario, scenario_text
 
 Parameters = Mapping[str, Mapping[str, Any]]
@@ -117,7 +117,7 @@ def _from_parameters(parameters: Parameters, namespaces: Collection[str]) -> str
             # ROS adds parameters of its own, such as use_sim_time, which a scenario does not have.
             known = schema.entries(NODES[node])
             found[node] = {"ros__parameters": {key: value for key, value in values.items() if key in known}}
-    return yaml.safe_dump(found) if found.keys() >= NODES.keys() - {ALLOCATION} else ""
+    return yaml_text(found) if found.keys() >= NODES.keys() - {ALLOCATION} else ""
 
 
 class Event(NamedTuple):

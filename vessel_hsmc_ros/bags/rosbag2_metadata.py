@@ -10,13 +10,12 @@ from mcap.records import Channel
 
 from vessel_hsmc_ros.bags.mcap_contents import Contents
 from vessel_hsmc_ros.core.exceptions import BagError
-from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import read_text, read_yaml, yaml_text
 
 METADATA = "metadata.yaml"
 VERSION = 9  # version of metadata.yaml in Jazzy
 _INFINITE = (9223372036, 854775807)
 """An infinite duration in seconds and nanoseconds: the largest 64-bit number of nanoseconds, as rmw writes it."""
-_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 def write_metadata(directory: Path, information: Mapping[str, Any]) -> None:
@@ -91,12 +90,6 @@ def qos_entry(reliable: bool, transient_local: bool, **others: Any) -> dict[str,
         "liveliness_lease_duration": times["liveliness_lease_duration"],
         "avoid_ros_namespace_conventions": False,
     }
-
-
-def yaml_text(document: Any) -> str:
-    """YAML with the keys in their given order."""
-    text: str = yaml.dump(document, Dumper=_DUMPER, sort_keys=False)
-    return text
 
 
 def _span(start: int, end: int) -> dict[str, Any]:

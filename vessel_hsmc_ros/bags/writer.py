@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vessel_hsmc_ros.bags.mcap_writer import McapFile
-from vessel_hsmc_ros.bags.rosbag2_metadata import metadata, qos_entry, write_metadata, yaml_text
+from vessel_hsmc_ros.bags.rosbag2_metadata import metadata, qos_entry, write_metadata
 from vessel_hsmc_ros.core.exceptions import BagError
 from vessel_hsmc_ros.core.install_paths import __version__
 from vessel_hsmc_ros.core.timing import NANOSECONDS
+from vessel_hsmc_ros.scenario.parameters_file import yaml_text
 
 if TYPE_CHECKING:
     from vessel_hsmc_ros.bags.mcap_contents import Contents

@@ -24,7 +24,7 @@ from vessel_hsmc_ros.core.node_list import PROGRAMS
 from vessel_hsmc_ros.core.schema import group, parameter, suggestion
 from vessel_hsmc_ros.core.thruster_layout import FIXED, HIGHEST, LOWEST, ThrustCurve, ThrusterLayout, thrust_curve
 from vessel_hsmc_ros.scenario.parameter_groups import CommonParameters, transform
-from vessel_hsmc_ros.scenario.parameters_file import tree
+from vessel_hsmc_ros.scenario.parameters_file import tree, yaml_text
 
 
 @dataclass(frozen=True)
@@ -408,7 +408,7 @@ def interface_text(stack: Interface, name: str, vessel: KnownVessel, noise_known
         "then `vessel-hsmc call enable`. docs/boats.md has the steps before, and the stop.",
     ]
     comment = "\n".join(f"# {line}".rstrip() for line in lines)
-    return f"{comment}\n\n{yaml.safe_dump(sections, sort_keys=False, default_flow_style=None, width=130)}"
+    return f"{comment}\n\n{yaml_text(sections, default_flow_style=None, width=130)}"
 
 
 def commands(stack: Interface, name: str) -> list[str]:

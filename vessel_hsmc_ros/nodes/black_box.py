@@ -16,7 +16,6 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any, BinaryIO
 
-import yaml
 from rcl_interfaces.msg import Log
 from rclpy.logging import LoggingSeverity, get_logging_directory
 from rclpy.node import Node
@@ -28,7 +27,7 @@ from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.messages import conversions, raw
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.scenario.parameter_groups import BlackBoxParameters
-from vessel_hsmc_ros.scenario.parameters_file import tree
+from vessel_hsmc_ros.scenario.parameters_file import tree, yaml_text
 
 MEMORY = 32 * 1024 * 1024  # limit of the messages kept, bytes: a controller at 100 Hz needs 7 MB for 30 s
 LEAST_INTERVAL, MOST_BAGS = 60.0, 10  # least time between two bags of a process, s, and the largest number of them
@@ -104,7 +103,7 @@ class BlackBox:
         name = f"{datetime.now(tz=timezone.utc):%Y%m%dT%H%M%S}{node.replace('/', '_')}"
         folder = f"{self._directory or f'{get_logging_directory()}/black_box'}/{name}"
         values = tree(schema.flatten(self._node.parameters))  # type: ignore[attr-defined]
-        parameters = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
+        parameters = yaml_text({node: {"ros__parameters": values}})
         content = b"".join(map(pickle.dumps, [(folder, reason, parameters), *kept]))
         try:
             subprocess.run(  # noqa: S603

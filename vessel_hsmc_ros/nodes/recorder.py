@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import yaml
 from rcl_interfaces.srv import GetParameters, ListParameters
 from rclpy.node import Node, NodeNameNonExistentError
 from rclpy.parameter import parameter_value_to_python
@@ -25,13 +24,12 @@ from vessel_hsmc_ros.nodes.node_parameters import plain
 from vessel_hsmc_ros.nodes.reporting import recording
 from vessel_hsmc_ros.nodes.scheduling import run_in_batches
 from vessel_hsmc_ros.scenario.parameters import RecorderParameters
-from vessel_hsmc_ros.scenario.parameters_file import tree
+from vessel_hsmc_ros.scenario.parameters_file import tree, yaml_text
 
 if TYPE_CHECKING:
     from rclpy.client import Client
 
 
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """The parameters of a fleet are thousands of lines, which LibYAML writes ten times as fast, where it is installed."""
 
 RETRY_AFTER = 8  # calls of `request` after which an unanswered request is sent again
@@ -96,8 +94,7 @@ class ParameterCollector:
             return None
         self._reported = len(self.parameters)
         document = {name: {"ros__parameters": tree(self.parameters[name])} for name in sorted(self.parameters)}
-        text: str = yaml.dump(document, Dumper=DUMPER, sort_keys=False)
-        return text
+        return yaml_text(document)
 
     def _request(self, name: str) -> None:
         lister = self._node.create_client(ListParameters, f"{name}/list_parameters")

@@ -50,8 +50,20 @@ class _Loader(_Safe):  # type: ignore[misc] # chosen while running
         return super().construct_mapping(node, deep)
 
 
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc] # chosen while running
+    """Quotes a text that ROS would read as a number or a flag, and writes an object in full wherever it occurs.
+
+    rcl and rosbag2 read no anchors and aliases (`&id001`, `*id001`).
+    """
+
+    def ignore_aliases(self, _: Any) -> bool:
+        """Of any object: written in full."""
+        return True
+
+
 for _kind, _pattern in _SCALARS.items():
-    _Loader.add_implicit_resolver(f"{_TAG}{_kind}", re.compile(f"^({_pattern})$"), list("-+.0123456789yYnNtTfFoOiI"))
+    for _side in (_Loader, _Dumper):
+        _side.add_implicit_resolver(f"{_TAG}{_kind}", re.compile(f"^({_pattern})$"), list("-+.0123456789yYnNtTfFoOiI"))
 
 
 def read_text(path: Path) -> str:
@@ -87,7 +99,12 @@ def read_yaml(text: str) -> Any:
         raise yaml.YAMLError(f"a value cannot be read: {error}") from None
 
 
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # ten times as fast, where PyYAML is built with libyaml
+def yaml_text(document: Any, **layout: Any) -> str:
+    """YAML with the keys in their given order, which ROS and rosbag2 read as it was; `layout`: as of yaml.dump."""
+    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, **layout)
+    return text
+
+
 USE_SIM_TIME = "use_sim_time"  # a parameter that every ROS node has; it is not one of a scenario
 FAULTS = "faults"  # the section of a scenario with scripted faults, which is not of a node
 VESSEL = "vessel."  # prefix of the hull data, which the nodes share
@@ -108,7 +125,7 @@ def dump_parameters(values: Mapping[str, Mapping[str, object]], namespace: str =
     """Write the flat parameters of nodes as a ROS parameters file, valid in every namespace unless one is given."""
     # The wildcard matches the node in every namespace, so that the file can be used for a second vessel too.
     document = {f"{namespace}/{node}": {"ros__parameters": tree(parameters)} for node, parameters in values.items()}
-    return yaml.dump(document, Dumper=DUMPER, sort_keys=False) if document else ""
+    return yaml_text(document) if document else ""
 
 
 def tree(values: Mapping[str, object]) -> dict[str, Any]:

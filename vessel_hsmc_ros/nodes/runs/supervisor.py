@@ -14,8 +14,6 @@ from hashlib import sha256
 from pathlib import Path
 from types import FrameType
 
-import yaml
-
 from vessel_hsmc_ros.bags import repair
 from vessel_hsmc_ros.core import schema
 from vessel_hsmc_ros.core.exceptions import RunError, VesselHsmcError
@@ -28,6 +26,7 @@ from vessel_hsmc_ros.nodes.runs.processes import NodeGroup, NodeProcess, Process
 from vessel_hsmc_ros.scenario.fault_script import dump_script
 from vessel_hsmc_ros.scenario.parameter_groups import FaultRelayParameters
 from vessel_hsmc_ros.scenario.parameters import NODES
+from vessel_hsmc_ros.scenario.parameters_file import yaml_text
 from vessel_hsmc_ros.scenario.run_folder import RunFolder
 from vessel_hsmc_ros.scenario.scenario import Scenario, relayed_topics
 
@@ -62,7 +61,7 @@ class Injection:
         values = {name: list(v) if isinstance(v, tuple) else v for name, v in schema.flatten(parameters).items()}
         path = folder / "logs" / f"{RELAY}.yaml"
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(yaml.safe_dump({f"/**/{RELAY}": {"ros__parameters": values}}), encoding="utf-8")
+        path.write_text(yaml_text({f"/**/{RELAY}": {"ros__parameters": values}}), encoding="utf-8")
         return path
 
     def arguments(self) -> dict[str, list[str]]:
@@ -278,7 +277,7 @@ def live_view(folder: RunFolder, namespace: str, lockstep: bool, live_port: int 
     document = {f"/**/{node}": {"ros__parameters": parameters} for node, parameters in settings.items()}
     folder.logs.mkdir(parents=True, exist_ok=True)
     parameters = folder.logs / "watchers.yaml"
-    parameters.write_text(yaml.safe_dump(document), encoding="utf-8")
+    parameters.write_text(yaml_text(document), encoding="utf-8")
     with NodeGroup(parameters, folder.logs, namespace, alone((*settings,))) as group:
         deadline = time.monotonic() + CONNECT_LIMIT
         while not (_is_listening(live_port) or group.ended() or interrupts.received or time.monotonic() > deadline):
