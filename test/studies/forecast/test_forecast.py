@@ -296,7 +296,7 @@ def test_the_page_has_the_answer_the_picture_and_a_line_for_each_leg(tmp_path: P
     found = windy()
     files = write(tmp_path, found)
     page = files["page"].read_text(encoding="utf-8")
-    assert page.index("Yes: 24 of 24 runs") < page.index("24 runs; worst leg") < page.index("straight part")
+    assert page.index("Yes: 24 of 24 runs") < page.index("the worst (red), and its turn") < page.index("straight part")
     head, lines = table(found)
     assert [line[0] for line in lines] == ["1", "2"]
     assert head[-3:] == ["distance 5 %", "distance 50 %", "distance 95 %"]

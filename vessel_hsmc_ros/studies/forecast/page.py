@@ -110,9 +110,8 @@ def tracks(found: Forecast) -> Figure:
     middles = [(leg.number, 0.5 * (leg.begin + leg.end)) for leg in plan.legs]
     drawn["annotations"] = [text(at.real, at.imag, str(number + 1), bgcolor="--card") for number, at in middles]
     drawn["annotations"] += _arrows(plan.conditions)
-    orange = "; failed ones in orange" if failed else ""
-    title = f"{len(found.runs)} runs{orange}; worst leg {worst.number + 1} in red"
-    return {"title": title, "traces": traces, "layout": drawn}
+    orange = f", {len(failed)} failed (orange)" if failed else ""
+    return {"title": f"{len(found.runs)} runs{orange}", "traces": traces, "layout": drawn}
 
 
 def _xy(points: Sequence[complex]) -> tuple[Array, Array]:
@@ -145,7 +144,7 @@ def worst_leg(found: Forecast) -> Figure:
     ways = [run.way[run.way[:, 2] == found.worst_leg] for run in found.runs]
     curves = [(np.maximum.accumulate(way[:, 3]) - leg.way, way[:, 4]) for way in ways if len(way)]
     drawn = layout(Axis("along the path [m]"), Axis("distance from the path, to port [m]"), 460, legend=bool(curves))
-    figure: Figure = {"title": f"Leg {leg.number + 1}, and its turn", "traces": [], "layout": drawn}
+    figure: Figure = {"title": f"Leg {leg.number + 1}, the worst (red), and its turn", "traces": [], "layout": drawn}
     if not curves:
         return figure
     places = np.linspace(0.0, float(np.median([x[-1] for x, _ in curves])), PLACES)
