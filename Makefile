@@ -163,7 +163,7 @@ benchmark-safety: tools  ## measure the safety checks, endurance, kills of nodes
 benchmark-report: tools  ## measure the report of one hour at 100 Hz against its limits
 	@$(BIN)/python benchmarks/report.py
 
-docs: tools  ## write docs/parameters.md, docs/boats.md and the tables of docs/safety.md and docs/faults.md from the declarations
+docs: tools  ## write docs/parameters.md, docs/boats.md, tables of docs/safety.md and docs/faults.md, and policy.xml from the declarations
 	@$(BIN)/python tools/docs/pages.py
 
 # The variable suppresses an advertisement for another tool; warnings of the build are errors.

@@ -60,8 +60,9 @@ class VesselSimNode(VesselNode):
 
     NAME = "vessel_sim"
     INTERFACE = """
-        subscribes to  cmd_wrench, or thrusters/<name>/thrust and .../angle with actuators.kind = thrusters
-        publishes      odom, applied_wrench, disturbance, dynamics/truth; odom/truth with sensor noise; events; /clock in lockstep
+        subscribes to  cmd_wrench, thrusters/<name>/thrust, thrusters/<name>/angle (with actuators.kind = thrusters)
+        publishes      odom, applied_wrench, disturbance, dynamics/truth, odom/truth (with sensor noise), events,
+                       /clock (in lockstep)
         services       ~/pause, ~/reset
     """
     PARAMETERS = SimParameters

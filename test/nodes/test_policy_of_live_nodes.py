@@ -14,7 +14,7 @@ from rclpy.action import get_action_server_names_and_types_by_node
 from thruster_layouts import LAYOUTS
 
 from vessel_hsmc_ros.bags.reader import open_bag
-from vessel_hsmc_ros.boats.drive import WatchdogNode
+from vessel_hsmc_ros.boats.drive import DriveNode, WatchdogNode
 from vessel_hsmc_ros.boats.mavlink import MavlinkNode
 from vessel_hsmc_ros.core.install_paths import share_directory
 from vessel_hsmc_ros.messages.raw import message_class
@@ -51,6 +51,7 @@ CONFIGURATIONS: dict[Any, list[dict[str, Any]]] = {
     ],
     ThrusterAllocationNode: [SIMULATED | RUDDER],
     WatchdogNode: [SIMULATED],
+    DriveNode: [SIMULATED | {"form": form} for form in ("normalised", "cmd_vel", "helm", "pwm")],
     RecorderNode: [REAL_TIME | {"topics": [*RECORDED_TOPICS, *DEMANDS, "watched_wrench"]}],
     MarkerNode: [SIMULATED],
     LiveNode: [SIMULATED | {"port": 0}],

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import definitions
 import pytest
+from policy import POLICY, policy
 
 from vessel_hsmc_ros.core.node_list import LOOP, PROGRAMS, WATCHERS
 from vessel_hsmc_ros.nodes import entry_points as node_scripts
@@ -36,12 +37,16 @@ def test_a_node_that_is_started_alone_runs_in_real_time_and_is_not_recorded(name
     assert declared.frame_prefix == ""
 
 
-def test_a_new_node_is_its_module_its_parameters_an_entry_of_the_list_and_one_of_the_policy() -> None:
-    """As the watchdog is named; a node that a stack starts is in stacks.yaml too."""
+def test_a_new_node_is_its_module_its_parameters_and_an_entry_of_the_list() -> None:
+    """As the watchdog is named; the policy is generated; a node that a stack starts is in stacks.yaml too."""
     root = Path(__file__).resolve().parents[2]
     tops = (root / top for top in ("vessel_hsmc_ros", "vessel_sim_node", "config", "launch"))
     files = [root / "setup.py", *(path for top in tops for path in top.rglob("*") if path.suffix in (".py", ".yaml", ".xml"))]
-    naming = {str(path.relative_to(root)) for path in files if "watchdog" in path.read_text(encoding="utf-8").lower()}
-    package = "vessel_hsmc_ros"
-    own = {f"{package}/boats/drive.py", f"{package}/boats/parameters.py", f"{package}/core/node_list.py"}
-    assert naming == own | {"config/security/policy.xml"}
+    naming = {path for path in files if "watchdog" in path.read_text(encoding="utf-8").lower()}
+    package = root / "vessel_hsmc_ros"
+    own = {package / "boats" / "drive.py", package / "boats" / "parameters.py", package / "core" / "node_list.py"}
+    assert naming - {POLICY} == own
+
+
+def test_the_policy_is_generated_from_the_nodes() -> None:
+    assert POLICY.read_text(encoding="utf-8") == policy(), "run `make docs`"

@@ -1,4 +1,4 @@
-"""Write what the docs have from declarations: all parameters, the interfaces of boats, the tables of safety.md and faults.md.
+"""Write what follows from declarations: all parameters, the interfaces of boats, tables of safety.md and faults.md, the policy.
 
 python tools/docs/pages.py
 """
@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from guarantees import GUARANTEES
+from policy import POLICY, policy
 from remedies import REMEDIES
 
 from vessel_hsmc_ros.boats.parameters import Interface, commands, interfaces
@@ -236,6 +237,7 @@ def main() -> None:
         page.write_text(with_tables(page.read_text(encoding="utf-8")), encoding="utf-8")
     (DOCS / "parameters.md").write_text(parameter_page(), encoding="utf-8")
     (DOCS / "boats.md").write_text(interface_page(), encoding="utf-8")
+    POLICY.write_text(policy(), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -40,8 +40,8 @@ class DriveNode(PassingNode):
     NAME = "drive"
     REAL_TIME = "a drive works"
     INTERFACE = """
-        subscribes to  cmd_wrench; controller/state with the form cmd_vel
-        publishes      normalised_wrench, cmd_vel, or throttle and steering, by its form
+        subscribes to  cmd_wrench, thrusters/<name>/thrust (with the form pwm), controller/state (with cmd_vel)
+        publishes      normalised_wrench, cmd_vel, throttle, steering, thrusters/<name>/pwm (by its form), events
         services       ~/stop, ~/rearm
     """
     PARAMETERS = DriveParameters
@@ -193,7 +193,7 @@ class WatchdogNode(PassingNode):
     REAL_TIME = "a watchdog works"
     INTERFACE = """
         subscribes to  cmd_wrench, /diagnostics
-        publishes      watched_wrench
+        publishes      watched_wrench, events
         services       ~/stop, ~/rearm
     """
     PARAMETERS = WatchdogParameters

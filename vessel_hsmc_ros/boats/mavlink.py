@@ -45,9 +45,10 @@ class MavlinkNode(AutopilotNode):
     NAME = "mavlink"
     REAL_TIME = "an autopilot works"
     INTERFACE = """
-        subscribes to  cmd_wrench, thrusters/<name>/thrust or cmd_vel, by its form; controller/state
+        subscribes to  cmd_wrench, thrusters/<name>/thrust, cmd_vel (by its form), controller/state
         publishes      odom, odom/datum, applied_wrench, events
-        services       ~/stop, ~/rearm; it calls controller/enable
+        services       ~/stop, ~/rearm
+        calls          controller/enable
     """
     PARAMETERS = MavlinkParameters
 

@@ -46,9 +46,9 @@ class NavsatOdometryNode(VesselNode):
     NAME = "navsat_odom"
     REAL_TIME = "sensors work"
     INTERFACE = """
-        subscribes to  fix; imu, heading or fix_2; fix_velocity, or course and speed
+        subscribes to  fix, imu, heading, fix_2 (by its heading), fix_velocity, course, speed (by its velocity)
         publishes      odom, odom/datum
-        services       fromLL, toLL where robot_localization is installed
+        services       fromLL, toLL (where robot_localization is installed)
     """
     PARAMETERS = NavsatOdometryParameters
 

@@ -35,9 +35,10 @@ class Px4Node(AutopilotNode):
     NAME = "px4"
     REAL_TIME = "an autopilot works"
     INTERFACE = """
-        subscribes to  fmu/out/vehicle_odometry, fmu/out/vehicle_status; cmd_wrench, controller/state
+        subscribes to  fmu/out/vehicle_odometry, fmu/out/vehicle_status, cmd_wrench, controller/state
         publishes      odom, events, fmu/in/offboard_control_mode, fmu/in/rover_throttle_setpoint, fmu/in/rover_steering_setpoint
-        services       ~/stop, ~/rearm; it calls controller/enable
+        services       ~/stop, ~/rearm
+        calls          controller/enable
     """
     PARAMETERS = Px4Parameters
 

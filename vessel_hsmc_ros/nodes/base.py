@@ -67,7 +67,8 @@ class VesselNode(Node, metaclass=Whole):
     """Base of the package's nodes.
 
     INTERFACE and OPTIONS are shown by `--help`: topics and services under names relative to the namespace, with ~ for the node's
-    own, and options of its own.
+    own, and options of its own. Each row of INTERFACE lists names with commas; what is in parentheses is a remark, `<topics>` are
+    those of the parameter. The SROS2 policy is made of it (tools/docs/policy.py).
 
     A subclass defines NAME and PARAMETERS, publishes through `advertise`, subscribes through `listen`, and starts its work in
     `on_connected`. REAL_TIME says what works in real time only, of a node that is not for lockstep. In lockstep, `stamp` is the

@@ -53,10 +53,11 @@ class ControllerNode(ManagedNode):
 
     NAME = "controller"
     INTERFACE = """
-        subscribes to  odom, reference; in real time odom/datum
-        publishes      cmd_wrench, ~/state; ~/estimate with an observer; events
-        services       ~/enable, ~/reset, ~/stop, ~/rearm; of its lifecycle ~/change_state, ~/get_state, ~/get_available_states,
-                       ~/get_available_transitions, ~/get_transition_graph
+        subscribes to  odom, reference, odom/datum (in real time), cmd_wrench (while another node publishes it),
+                       /rosout (with a black box)
+        publishes      cmd_wrench, controller/state, controller/estimate (with an observer), events, ~/transition_event
+        services       ~/enable, ~/reset, ~/stop, ~/rearm, ~/change_state, ~/get_state, ~/get_available_states,
+                       ~/get_available_transitions, ~/get_transition_graph (of its lifecycle)
     """
     OPTIONS = " [--law-file FILE]..."
     take_options = staticmethod(load_named_files)

@@ -200,8 +200,8 @@ class FaultRelayNode(VesselNode):
 
     NAME = RELAY
     INTERFACE = """
-        subscribes to  the topics of the parameter topics
-        publishes      each of them below relayed/, events
+        subscribes to  <topics> (of the parameter topics), thrusters/<name>/thrust
+        publishes      relayed/<topic> (each of them), events
     """
     PARAMETERS = FaultRelayParameters
 

@@ -46,7 +46,7 @@ class LiveNode(VesselNode):
 
     NAME = "live"
     INTERFACE = """
-        subscribes to  every topic of the run, and serves it to Foxglove
+        subscribes to  <topics> (of the parameter topics, which it serves to Foxglove), thrusters/<name>/thrust
     """
     PARAMETERS = LiveParameters
     NICENESS = WATCHER_NICENESS

@@ -33,8 +33,8 @@ class MarkerNode(VesselNode):
 
     NAME = "markers"
     INTERFACE = """
-        subscribes to  odom, reference/pose
-        publishes      markers, ship/path, reference/path, /tf
+        subscribes to  odom, reference
+        publishes      markers, ship/path, reference/path, /tf (where tf2_msgs is installed)
     """
     PARAMETERS = MarkerParameters
     NICENESS = WATCHER_NICENESS

@@ -216,7 +216,9 @@ class RecorderNode(VesselNode):
 
     NAME = "recorder"
     INTERFACE = """
-        subscribes to  the topics of the parameters topics, all_topics and regex, and writes them into a bag
+        subscribes to  <topics> (of the parameters topics, all_topics and regex, which it writes into a bag),
+                       thrusters/<name>/thrust, watched_wrench
+        calls          */list_parameters, */get_parameters (of each node)
     """
     PARAMETERS = RecorderParameters
     POLL_PERIOD = 0.05

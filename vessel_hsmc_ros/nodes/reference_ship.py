@@ -40,10 +40,12 @@ class ReferenceShipNode(VesselNode):
 
     NAME = "reference_ship"
     INTERFACE = """
-        subscribes to  goal_pose or path, in these modes; /clock in lockstep
+        subscribes to  goal_pose, path (in these modes), odom, odom/datum, controller/state, battery_state,
+                       operator_heartbeat (for actions), /clock (in lockstep)
         publishes      reference, reference/pose, events
         services       ~/pause, ~/hold, ~/reset
-        actions        navigate_to_pose; and in mode path follow_path, follow_waypoints, follow_gps_waypoints
+        calls          controller/stop
+        actions        navigate_to_pose, follow_path, follow_waypoints, follow_gps_waypoints (the last three in mode path)
     """
     PARAMETERS = ReferenceParameters
 

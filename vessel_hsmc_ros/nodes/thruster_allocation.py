@@ -33,9 +33,9 @@ class ThrusterAllocationNode(VesselNode):
 
     NAME = "thruster_allocation"
     INTERFACE = """
-        subscribes to  cmd_wrench; odom, with rudders
-        publishes      thrusters/<name>/thrust; thrusters/<name>/angle of azimuths and rudders; allocated_wrench, events;
-                       thrusters/<name>/shaft_speed where its thrust coefficients are given
+        subscribes to  cmd_wrench, odom (with rudders)
+        publishes      thrusters/<name>/thrust, thrusters/<name>/angle (of azimuths and rudders), allocated_wrench, events,
+                       thrusters/<name>/shaft_speed (where its thrust coefficients are given)
         services       ~/reset
     """
     PARAMETERS = AllocationParameters
