@@ -169,7 +169,7 @@ def open_bag(path: Path | str, odometry: str = "", wrench: str = "") -> "Bag":
     return Bag(bag_path(Path(path)), {"odom": odometry, "applied_wrench": wrench})
 
 
-class Bag:
+class Bag(run_from_bag.VesselTopics):
     """An opened bag; made by `open_bag`.
 
     Attributes:
@@ -180,12 +180,10 @@ class Bag:
     """
 
     def __init__(self, path: Path, given: Mapping[str, str] | None = None) -> None:
-        self.path = path
         self._source = BagFiles(path)
         self.files = self._source.contents
         self.missing = self._source.missing
-        self.topics: dict[str, Series] = _topics_of(self._source)
-        self._vessels = run_from_bag.VesselTopics(path, self.topics, {own: name for own, name in (given or {}).items() if name})
+        super().__init__(path, _topics_of(self._source), {own: name for own, name in (given or {}).items() if name})
 
     def __getitem__(self, name: str) -> Series:
         """A topic by its full name, or by the end of its name if only one topic ends so.
@@ -260,19 +258,6 @@ class Bag:
             return str(self.parameters.get(f"{prefix}controller", {}).get("odometry.twist_frame", "child"))
         return "child"
 
-    @property
-    def namespaces(self) -> list[str]:
-        """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        return self._vessels.namespaces
-
-    def namespace(self, wanted: str | None = None) -> str:
-        """The given namespace if it holds a vessel, or the only one that does, with its slashes; as `VesselTopics.namespace`.
-
-        Raises:
-            BagError: there is no such vessel, or there are several to choose from.
-        """
-        return self._vessels.namespace(wanted)
-
     def scenario(
         self,
         changes: dict[str, object] | None = None,
@@ -328,14 +313,6 @@ class Bag:
         for statuses in self["/diagnostics"]["status"] if self.readable("/diagnostics") else ():
             status.update(read_status(statuses, prefix[1:]))
         return status
-
-    def readable(self, name: str) -> bool:
-        """Whether a topic, by its full name, has messages that can be decoded."""
-        return self._vessels.readable(name)
-
-    def find(self, prefix: str, own: str) -> Series | None:
-        """The topic of a vessel by this package's name for it, as `VesselTopics.find`."""
-        return self._vessels.find(prefix, own)
 
     # -- messages -----------------------------------------------------------------------------------------------------
 

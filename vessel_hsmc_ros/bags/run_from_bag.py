@@ -40,25 +40,25 @@ class VesselTopics:
         BagError: a topic that was given is not there, or of another type, or cannot be decoded.
     """
 
-    def __init__(self, bag: Path, topics: Mapping[str, Series], given: Mapping[str, str]) -> None:
-        self._bag, self._topics, self._given = bag, topics, given
+    def __init__(self, path: Path, topics: Mapping[str, Series], given: Mapping[str, str]) -> None:
+        self.path, self.topics, self._given = path, topics, given
         for own, name in given.items():
             kind = RECORDED_TOPICS[own]
             if name not in self._of_type(kind):
-                raise BagError(f"bag {bag} has no {kind} on {name}: it has {', '.join(self._of_type(kind)) or 'none'}")
+                raise BagError(f"bag {path} has no {kind} on {name}: it has {', '.join(self._of_type(kind)) or 'none'}")
 
     def readable(self, name: str) -> bool:
         """Whether a topic, by its full name, has messages that can be decoded."""
-        return bool(self._topics.get(name)) and not self._topics[name].undecodable
+        return bool(self.topics.get(name)) and not self.topics[name].undecodable
 
     @property
     def namespaces(self) -> list[str]:
         """The namespaces that hold a vessel's odometry: `/` or `/alpha/`."""
-        odometry = [name for name, series in self._topics.items() if name.endswith("/odom") and series.type == ODOMETRY]
+        odometry = [name for name, series in self.topics.items() if name.endswith("/odom") and series.type == ODOMETRY]
         names = [name.removesuffix("odom") for name in odometry]
         return [name for name in names if not name.endswith(f"/{RELAYED}")]
 
-    def namespace(self, wanted: str | None) -> str:
+    def namespace(self, wanted: str | None = None) -> str:
         """The given namespace if it holds a vessel, or the only one that does, with its slashes.
 
         Where no topic has the name of the odometry, the only one of its type is that of a vessel in the root namespace. Raises
@@ -70,9 +70,9 @@ class VesselTopics:
         found = [name for name in self.namespaces if wanted is None or name.strip("/") == "/".join(parts)]
         if not found:
             where = "" if wanted is None else f" in namespace /{'/'.join(parts)}"
-            raise BagError(f"bag {self._bag} has no odometry{where}: {self._alternatives()}")
+            raise BagError(f"bag {self.path} has no odometry{where}: {self._alternatives()}")
         if len(found) > 1:
-            raise BagError(f"bag {self._bag} has several vessels, in the namespaces {', '.join(found)}: choose one")
+            raise BagError(f"bag {self.path} has several vessels, in the namespaces {', '.join(found)}: choose one")
         return found[0]
 
     def find(self, prefix: str, own: str) -> Series | None:
@@ -84,14 +84,14 @@ class VesselTopics:
         """
         exact = self._given.get(own, prefix + own)
         if self.readable(exact):
-            return self._topics[exact]
-        if len(self.namespaces) > 1 or exact in self._topics:
+            return self.topics[exact]
+        if len(self.namespaces) > 1 or exact in self.topics:
             return None
         names = self._unnamed(own)
         found = [name for name in names if name.endswith(f"/{own}")]
         by_type = own == "odom" or (own == "applied_wrench" and self.find(prefix, "cmd_wrench") is None)
         found = found or (names if by_type else [])
-        return self._topics[found[0]] if len(found) == 1 else None
+        return self.topics[found[0]] if len(found) == 1 else None
 
     def _unnamed(self, own: str) -> list[str]:
         """The topics of the type of one of this package's, without those that are others of its own."""
@@ -100,11 +100,11 @@ class VesselTopics:
         return [n for n in names if not n.endswith((*others, NORMALISED)) and f"/{RELAYED}" not in n]
 
     def _of_type(self, kind: str) -> list[str]:
-        return [name for name, series in self._topics.items() if series.type == kind and self.readable(name)]
+        return [name for name, series in self.topics.items() if series.type == kind and self.readable(name)]
 
     def _alternatives(self) -> str:
         """The topics that may be odometry; without any all topics, with the reason for those that cannot be decoded."""
-        reasons = {name: series.undecodable for name, series in self._topics.items()}
+        reasons = {name: series.undecodable for name, series in self.topics.items()}
         texts = [f"{name} ({reason})" if reason else name for name, reason in reasons.items()]
         names = self._unnamed("odom")
         choice = f"choose one of {', '.join(names)} by --odometry; " if names else ""

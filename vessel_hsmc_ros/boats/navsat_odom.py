@@ -8,11 +8,11 @@ from geometry_msgs.msg import QuaternionStamped, TwistStamped
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from std_msgs.msg import Float64
 
+from vessel_hsmc_ros.boats.epochs import Epochs
 from vessel_hsmc_ros.boats.parameters import NavsatOdometryParameters
 from vessel_hsmc_ros.core.kinematics import FARTHEST, Motion, Plane, exchanged, heading_from_quaternion, in_body_frame, wrap
 from vessel_hsmc_ros.core.timing import NANOSECONDS, seconds
 from vessel_hsmc_ros.messages import conversions
-from vessel_hsmc_ros.messages.epochs import Epochs
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.base import OK, WARN, VesselNode
 from vessel_hsmc_ros.nodes.odometry_output import OdometryOutput, datum_publisher

@@ -172,16 +172,22 @@ def measured(
     `marks`: its events; the time of pauses does not count. `until`: end of the evaluated interval, s. Returns None without a
     reference or any wrench.
     """
+    track = track or planned(scenario)
+    return _of_legs(run, scenario, marks, until, *on_legs(run, track, running_time(run.time, marks), until))
+
+
+def _of_legs(
+    run: Run, scenario: Scenario | None, marks: Sequence[Mark], until: float, errors: TrackErrors | None, legs: Passed
+) -> Metrics | None:
+    """The metrics of a run whose errors against its legs, and how much it passed of each, are known; as `measured`."""
     wrench, command = run.wrench, commanded(run)
     if not recorded(wrench) and command is not None:
         wrench = held(*command, run.time)
     if not recorded(run.reference) or not recorded(wrench):
         return None
-    part, running = run.time <= until, running_time(run.time, marks)
-    track = track or planned(scenario)
-    errors, legs = on_legs(run, track, running, until)
+    part = run.time <= until
     found = evaluate(
-        running[part],
+        running_time(run.time, marks)[part],
         run.state[part],
         run.reference[part],
         wrench[part],
@@ -190,7 +196,7 @@ def measured(
         hull_length=hull_length(scenario),
         track=errors,
     )
-    return found if track is None else found._replace(legs_missed=missed(legs))
+    return found if errors is None else found._replace(legs_missed=missed(legs))
 
 
 def running_time(time: Array, marks: Sequence[Mark]) -> Array:
@@ -265,7 +271,7 @@ def analyse(name: str, run: Run, scenario: Scenario | None, marks: tuple[Mark, .
     """The record of a run with its metrics and its verdict; `known`: further fields, with the track if messages planned it."""
     track = known.pop("track") if "track" in known else planned(scenario)
     errors, legs = on_legs(run, track, running_time(run.time, marks))
-    metrics = measured(run, scenario, marks, track=track)
+    metrics = _of_legs(run, scenario, marks, np.inf, errors, legs)
     known |= {"track": track, "track_errors": errors, "passed": legs}
     return with_verdict(Record(name, run, metrics, scenario=scenario, marks=marks, **known))
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vessel_hsmc_ros.messages.epochs import Epochs
+from vessel_hsmc_ros.boats.epochs import Epochs
 
 MILLISECOND = 1_000_000
 START = 1_700_000_000_000_000_000
