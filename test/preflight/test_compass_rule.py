@@ -5,7 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from connection_mistakes import columns
 from connections import healthy, of
+from drawn_drives import draw, sail
 
 from vessel_hsmc_ros.preflight.connection import OK, WRONG, Connection
 from vessel_hsmc_ros.preflight.rules import judge
@@ -54,3 +56,19 @@ def test_a_compass_that_fits_is_ok_whatever_the_current(current: complex) -> Non
 
 def test_a_heading_that_stands_still_is_named() -> None:
     assert any("does not follow the turns" in each for each in of(judge(sailed(0.0, frozen=True)), WRONG))
+
+
+def accused(connection: Connection) -> bool:
+    """Whether the compass is called wrong."""
+    return any(each.startswith("compass") for each in of(judge(connection), WRONG))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [5, 6])
+def test_a_right_compass_of_a_drawn_boat_is_seldom_accused_and_one_that_stands_still_often(seed: int) -> None:
+    """Hulls whose sway decays slowly, noise, and gusts of up to 0.15 of the force limit; many records are short or straight."""
+    boats = draw(seed, 150)
+    records = [record for first in range(0, 150, 50) for record in sail(boats[first : first + 50])]
+    still = columns(psi=lambda c: np.full(len(c["psi"]), c["psi"][0]))
+    assert sum(accused(record) for record in records) <= 0.06 * len(boats)
+    assert sum(accused(still(record)) for record in records) > 0.3 * len(boats)

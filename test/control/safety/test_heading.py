@@ -75,6 +75,22 @@ def test_a_heading_that_fits_gives_no_alarm(course: str, current: tuple[float, f
     assert alarms == {Alarm.OK}
 
 
+@pytest.mark.parametrize("seed", [0, 1, 3, 4])
+def test_a_hull_whose_sway_decays_slowly_after_its_turns_has_not_lost_its_heading(seed: int) -> None:
+    """Zigzags at a speed that hardly changes: dv/dt = -0.9 u r - v/4 s."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(0.0, 200.0, 1.0 / RATE)
+    r = rng.uniform(0.2, 0.25) * np.where(t % (period := rng.uniform(16.0, 24.0)) < 0.5 * period, 1.0, -1.0)
+    u, v = SPEED * (1.0 + 0.1 * np.sin(t / 17.0)), np.zeros(len(t))
+    for k in range(len(t) - 1):
+        v[k + 1] = v[k] + (-0.9 * u[k] * r[k] - v[k] / 4.0) / RATE
+    psi = np.cumsum(r) / RATE + rng.uniform(-math.pi, math.pi)
+    place = np.cumsum((u + 1j * v) * np.exp(1j * psi)) / RATE + 0.02 * (rng.normal(size=len(t)) + 1j * rng.normal(size=len(t)))
+    monitor, first = watched(np.column_stack((t, place.real, place.imag, psi)))
+    assert first == math.inf
+    assert monitor.found is None or not monitor.found.lost
+
+
 @pytest.mark.parametrize("course", COURSES)
 @pytest.mark.parametrize("seed", range(3))
 def test_a_heading_that_stands_still_leads_to_the_safe_action(course: str, seed: int) -> None:

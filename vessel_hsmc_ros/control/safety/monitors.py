@@ -5,23 +5,28 @@ Whether a measured heading fits the motion: a compass that is turned, or a headi
 A ship that is driven ahead moves through the water where it heads. With the measured heading psi = psi_true + b, the velocity
 over ground (u, v) along that heading, by the positions, and the velocity through the water (u_w, v_w),
 
-    (u + i v) exp(i b) = u_w + i v_w + exp(-i (psi - b)) c,    v_w = k_1 r + k_2 U r + Im(exp(-i (psi - b)) w)
+    (u + i v) exp(i b) = u_w + i v_w + exp(-i (psi - b)) c,    v_w = k_1 r + k_2 U r + k_3 q + Im(exp(-i (psi - b)) w)
 
 where the constants are: c, the current; w, the leeway by a steady wind; k_1, of a position that is not that of the centre of
-lateral resistance; k_2, the drift of a turn, with the speed U. The lateral part is linear:
+lateral resistance; k_2 and k_3, the drift of a turn with the speed U, part of which decays slowly:
 
-    u sin(b) + v cos(b) = a_1 sin(psi) + a_2 cos(psi) + k_1 r + k_2 U r + error
+    T dq/dt = U r - q
 
-No speed through the water is needed. The four regressors are projected out of u and v. In what is left, the direction of the
+The lateral part is linear:
+
+    u sin(b) + v cos(b) = a_1 sin(psi) + a_2 cos(psi) + k_1 r + k_2 U r + k_3 q + error
+
+No speed through the water is needed. The five regressors are projected out of u and v. In what is left, the direction of the
 least sum of squares is (sin b, cos b), by orthogonal regression, as u and v have the same noise: eigenvectors of a matrix of 2 by
-2 with the eigenvalues l_1 < l_2. The variance of b is l_1 l_2/((n - 5) (l_2 - l_1)^2) (T. W. Anderson, Ann. Math. Statist. 34,
+2 with the eigenvalues l_1 < l_2. The variance of b is l_1 l_2/((n - 6) (l_2 - l_1)^2) (T. W. Anderson, Ann. Math. Statist. 34,
 1963). Ships that go astern and ahead look alike, so
 that -90 deg < b <= 90 deg. On one straight course nothing of u is left and b is not known: it takes courses that differ, such as
 there and back. A steady turn of radius R to one side hides b behind its drift, which is up to L/(2 R), with the pivot point at
 the bow: that of the mean yaw rate is allowed for.
 
 The error of a heading that is lost, as one that stands still while the ship turns, lasts from block to block, where noise of the
-positions changes its sign: the mean product of errors that follow each other measures what no turned compass explains.
+positions changes its sign: the mean product of errors that follow each other measures what no turned compass explains. Gusts
+carry a hull to the side as well, by less and all the time: the products count by their squares.
 """
 
 import math
@@ -294,7 +299,8 @@ DEVIATIONS = 4.0  # of the bias that are allowed for: its variance takes the err
 JUMP = 4.0  # how many times the usual speed the jump of a position is, and no motion
 NAMED_BIAS = math.radians(5.0)  # least bias that a person is told to correct
 LARGEST_BIAS = math.radians(20.0)  # least bias that is an alarm: laws bear less, as an additional current
-LOST_SHARE = 0.04  # share of the motion above which an error that lasts, and is fast enough, is a lost heading
+LOST_SHARE = 0.15  # share of the motion above which an error that lasts, and is fast enough, is a lost heading
+SWAY_MEMORY = 3.0  # blocks in which the sway of a turn decays to 1/e
 
 
 class Bias(NamedTuple):
@@ -343,9 +349,10 @@ def bias(means: Array, length: float) -> Bias | None:
     known = (speed > 2.0 * slow) & (speed < JUMP * np.median(speed))
     if known.sum() < LEAST_BLOCKS or math.hypot(*np.ptp(means[:, 1:3], axis=0)) < LEAST_WAY * length:
         return None
-    ahead, speed, r, psi = ahead[known], speed[known], rates[known, 2], psi[known]
+    drift = decayed(np.where(known, speed * rates[:, 2], 0.0))
+    ahead, speed, r, psi, drift = ahead[known], speed[known], rates[known, 2], psi[known], drift[known]
     shown = np.column_stack((ahead.imag, ahead.real))
-    others = np.column_stack((np.sin(psi), np.cos(psi), r, speed * r))
+    others = np.column_stack((np.sin(psi), np.cos(psi), r, speed * r, drift))
     left = shown - others @ np.linalg.lstsq(others, shown, rcond=None)[0]
     (least, most), vectors = np.linalg.eigh(left.T @ left)
     n, least = len(psi) - others.shape[1] - 1, max(float(least), 0.0)
@@ -354,11 +361,18 @@ def bias(means: Array, length: float) -> Bias | None:
     cosine, sine = vectors[:, 0] * (1.0 if vectors[0, 0] >= 0.0 else -1.0)
     turned = 1.0 - abs(np.exp(1j * psi).mean()) > LEAST_SPREAD
     error = left @ vectors[:, 0]
-    lasting = float((error[1:] * error[:-1]).mean())
-    lost = lasting > slow**2 and lasting * n > LOST_SHARE * most
-    drift = 0.5 * length * abs(float(r.mean())) / float(speed.mean())
-    deviation = math.hypot(math.sqrt(least * most / n) / (most - least), drift / DEVIATIONS)
+    products = error[1:] * error[:-1]
+    largest = float((products * np.abs(products)).mean())  # a mean of squares, with the signs of the products
+    lost = float(products.mean()) > slow**2 and largest > (LOST_SHARE * most / n) ** 2
+    hidden = 0.5 * length * abs(float(r.mean())) / float(speed.mean())
+    deviation = math.hypot(math.sqrt(least * most / n) / (most - least), hidden / DEVIATIONS)
     return Bias(math.atan2(sine, cosine), deviation if turned else math.inf, lost)
+
+
+def decayed(values: Array) -> Array:
+    """The sum of the values up to each block, which decay with SWAY_MEMORY."""
+    weights = np.exp(-np.arange(8.0 * SWAY_MEMORY) / SWAY_MEMORY)
+    return np.convolve(values, weights)[: len(values)]
 
 
 class Heading(Monitor):
