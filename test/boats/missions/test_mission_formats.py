@@ -29,7 +29,7 @@ from mission_writing import (
 
 from vessel_hsmc_ros.boats.missions.files import read_mission
 from vessel_hsmc_ros.boats.missions.legs import placed
-from vessel_hsmc_ros.boats.missions.mission import KNOT, Mission
+from vessel_hsmc_ros.boats.missions.mission import KNOT, NAMES, Mission
 from vessel_hsmc_ros.core.exceptions import ScenarioError
 from vessel_hsmc_ros.core.kinematics import Plane
 
@@ -112,6 +112,17 @@ def test_a_value_of_another_kind_is_an_error_of_one_line_or_without_effect(read:
         inner = inner[key]
     inner[last] = data.draw(st.sampled_from(WRONG))
     assert "\n" not in error_of(partial(place, read, json.dumps(document), dialect))
+
+
+@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(name=st.sampled_from(["fence", *NAMES]), value=st.sampled_from(WRONG), kind=st.sampled_from(["Polygon", "MultiPoint"]))
+def test_a_property_of_another_kind_is_an_error_of_one_line_or_without_effect(
+    read: Read, name: str, value: object, kind: str
+) -> None:
+    corners = [[longitude, latitude] for latitude, longitude in PLACES]
+    shape = {"type": kind, "coordinates": [corners] if kind == "Polygon" else corners}
+    document = json.dumps({"type": "Feature", "properties": {name: value}, "geometry": shape})
+    assert "\n" not in error_of(partial(place, read, document, "x.geojson"))
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -269,9 +269,9 @@ def _line(positions: list[Any], item: str, properties: dict[str, Any], source: S
 
 def _polygon(rings: list[Any], item: str, properties: dict[str, Any], source: Source) -> list[Fence]:
     """The outline of a polygon, and its holes, of which each is the opposite."""
-    kind = properties.get("fence", "inclusion")
+    kind = str(properties.get("fence", "inclusion"))
     if kind not in FENCES:
-        raise source.error(f"{item}: fence must be {' or '.join(FENCES)} (got {str(kind)[:40]})")
+        raise source.error(f"{item}: fence must be {' or '.join(FENCES)} (got {kind[:40]})")
     found = []
     for k, ring in enumerate(rings or [None]):
         corners = [_place(position, item, source) for position in source.rows(ring, f"{item}: ring")]
