@@ -125,6 +125,21 @@ def test_places_are_sailed_by_the_datum_that_the_odometry_states_and_by_no_other
         assert 20.0 < sent.feedback[-1].distance_remaining < 41.0
 
 
+@pytest.mark.parametrize("stated", [(math.nan, math.nan), (90.0, 0.0), (63.44, math.inf)])
+@pytest.mark.parametrize("declared", [[0.0], [63.44, 10.39]])
+def test_a_message_that_states_no_place_is_no_datum(
+    bench: Any, start: Any, stated: tuple[float, float], declared: list[float]
+) -> None:
+    publisher = bench.probe.create_publisher(NavSatFix, "odom/datum", qos.LATCHED)
+    publisher.publish(NavSatFix(latitude=stated[0], longitude=stated[1]))
+    vessel = start("path", lockstep=False, actions__datum=declared)
+    bench.until(lambda: vessel.node.actions._sight._datum.read())
+    sent = vessel.send("follow_gps_waypoints", gps_poses=[place(*Plane(63.44, 10.39).coordinates(40.0, 0.0))])
+    vessel.until(lambda: sent.done or sent.feedback)
+    assert bool(sent.feedback) == (declared != [0.0])
+    assert not vessel.node.actions.tasks.blocked
+
+
 def test_a_path_in_the_plane_of_another_datum_than_that_of_the_odometry_is_held(bench: Any, start: Any) -> None:
     stated = bench.probe.create_publisher(NavSatFix, "odom/datum", qos.LATCHED)
     stated.publish(NavSatFix(latitude=63.44, longitude=10.39))

@@ -22,6 +22,7 @@ from vessel_hsmc_ros.core.exceptions import RefusalError
 from vessel_hsmc_ros.messages import conversions as conv
 from vessel_hsmc_ros.messages.topics import DATUM
 from vessel_hsmc_ros.nodes import qos
+from vessel_hsmc_ros.nodes.base import ERROR
 from vessel_hsmc_ros.nodes.controller import ControllerNode
 
 TICK = 2_500_000
@@ -387,6 +388,11 @@ def test_odometry_with_another_datum_waits_for_a_person(bench: Any, sea: RealTim
         sea.run(0.1)
         assert operations(sea) == {operation}
     assert "the odometry has the datum (59.9001, 10.7), before (59.9, 10.7)" in node.status()[1]
+    for latitude, longitude in ((math.nan, 10.7), (59.9, math.inf), (90.0, 10.7)):
+        datum.publish(NavSatFix(latitude=latitude, longitude=longitude))
+        text = f"/odom/datum must state a place in degrees (got {latitude}, {longitude}); ignored"
+        bench.until(lambda text=text: node.problem.current == (ERROR, text))
+    assert node.datum == (59.9001, 10.7)
     assert bench.call(SetBool, "/controller/enable", SetBool.Request(data=True)).success
 
 

@@ -32,6 +32,7 @@ from vessel_hsmc_ros.nodes.controller_inputs import ControllerInputs, listen_to_
 from vessel_hsmc_ros.nodes.controller_timing import Lockstep, RealTime, RideThrough, Timing
 from vessel_hsmc_ros.nodes.managed import ManagedNode
 from vessel_hsmc_ros.nodes.reporting import RecentProblem
+from vessel_hsmc_ros.nodes.vessel_sight import read_datum
 from vessel_hsmc_ros.scenario.control import make_control_loop
 from vessel_hsmc_ros.scenario.law_file import load_named_files
 from vessel_hsmc_ros.scenario.parameters import NODES, ControllerParameters
@@ -176,8 +177,12 @@ class ControllerNode(ManagedNode):
             self.trigger_deactivate()
 
     def _on_datum(self, message: NavSatFix) -> None:
-        before, self.datum = self.datum, (message.latitude, message.longitude)
-        if before and not same(before, self.datum):
+        if (stated := read_datum(message)) is None:
+            topic = self.resolve_topic_name(DATUM)
+            self.refuse(f"{topic} must state a place in degrees (got {message.latitude}, {message.longitude}); ignored")
+            return
+        before, self.datum = self.datum, stated
+        if before and not same(before, stated):
             self.stand_by(f"the odometry has the datum {self.datum}, before {before}: the reference is of another place")
 
     def halt(self) -> None:

@@ -33,6 +33,7 @@ from vessel_hsmc_ros.messages.topics import DATUM, EVENTS
 from vessel_hsmc_ros.nodes import qos
 from vessel_hsmc_ros.nodes.node_parameters import plain
 from vessel_hsmc_ros.nodes.ros_environment import loopback_down, start_error
+from vessel_hsmc_ros.nodes.vessel_sight import read_datum
 from vessel_hsmc_ros.scenario.parameters import NODES, WATCHERS
 
 DISCOVERY_LIMIT = 5.0
@@ -322,10 +323,11 @@ def bearing(remote: Remote, x: float, y: float) -> float:
 def stated_datum(remote: Remote) -> tuple[float, float] | None:
     """Latitude and longitude of the origin of the odometry, degrees; None where no node states them."""
     remote.require(REFERENCE)
-    found = remote.receive(NavSatFix, DATUM, qos.LATCHED, CONFIRMATION_LIMIT)
+    message = remote.receive(NavSatFix, DATUM, qos.LATCHED, CONFIRMATION_LIMIT)
+    found = None if message is None else read_datum(message)
     if found is None and remote.node.count_publishers(remote.name(DATUM)):
         raise RunError(f"{remote.name(DATUM)} must have a datum (got none): has the odometry had its first fix?")
-    return None if found is None else (found.latitude, found.longitude)
+    return found
 
 
 def frame_of(remote: Remote, *modes: str) -> str:

@@ -55,6 +55,12 @@ class Latest:
             return None
 
 
+def read_datum(message: NavSatFix) -> tuple[float, float] | None:
+    """Latitude and longitude of a message on `odom/datum`, degrees; None of one that states no place."""
+    datum = message.latitude, message.longitude
+    return datum if abs(datum[0]) < 90.0 and abs(datum[1]) <= 360.0 else None  # None for NaN too
+
+
 def other_datum(declared: Sequence[float], stated: Sequence[float] | None) -> str:
     """That a datum which is declared is not the one that is stated; empty if it is, or one of them is not known."""
     if stated is None or tuple(declared) == NONE or same(declared, stated):
@@ -84,7 +90,7 @@ class VesselSight:
     def datum(self) -> tuple[float, float] | None:
         """Latitude and longitude of the origin of the odometry, degrees; None where no node states them."""
         message = self._datum.read() if self._datum else None
-        return (message.latitude, message.longitude) if message is not None else None
+        return None if message is None else read_datum(message)
 
     def other_datum(self) -> str:
         """That the odometry states another datum than the declared one; empty if it states that one or none."""
