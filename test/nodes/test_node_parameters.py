@@ -197,6 +197,17 @@ def test_a_change_takes_a_number_however_ros2_param_writes_it_and_a_read_only_on
         assert [result.successful for result in refused] == [False, False]
 
 
+@pytest.mark.parametrize("at_start", [True, False])
+def test_the_clock_of_a_node_stays_as_it_was_given(tmp_path: Path, at_start: bool) -> None:
+    with started(ControllerNode, ["--ros-args", "-p", "lockstep:=false", "-p", f"use_sim_time:={at_start}".lower()]) as node:
+        for asked in (at_start, not at_start):
+            result = loaded(node, f"/controller:\n  ros__parameters:\n    use_sim_time: {asked}\n".lower(), tmp_path)[0]
+            assert result.successful == (asked == at_start)
+        assert result.reason == f"use_sim_time must be given at the start of the node: its clock stays (got {asked})"
+        assert node.get_parameter("use_sim_time").value == at_start
+        assert node.get_clock().ros_time_is_active == at_start
+
+
 # -- laws and modes ----------------------------------------------------------------------------------------------------
 
 

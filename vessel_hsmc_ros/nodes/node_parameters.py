@@ -18,7 +18,15 @@ from vessel_hsmc_ros.core.hull import inherited
 from vessel_hsmc_ros.nodes.qos import OVERRIDES
 from vessel_hsmc_ros.nodes.rclpy_parts import overrides
 from vessel_hsmc_ros.scenario.parameters import ineffective, not_in_use, without_foreign_hull_data
-from vessel_hsmc_ros.scenario.parameters_file import PARAMETER, VESSEL, Given, given_parameters, in_long_form, read_yaml
+from vessel_hsmc_ros.scenario.parameters_file import (
+    PARAMETER,
+    USE_SIM_TIME,
+    VESSEL,
+    Given,
+    given_parameters,
+    in_long_form,
+    read_yaml,
+)
 from vessel_hsmc_ros.scenario.vessels import with_vessel
 
 RESEMBLANCE = 0.8
@@ -132,6 +140,8 @@ def requested_changes(node: Any, requested: Sequence[Parameter]) -> list[Paramet
     for change in requested:
         if change.name in others:
             raise ParameterError(f"{change.name} is not in use: {others[change.name]}")
+        if change.name == USE_SIM_TIME and change.value != node.get_parameter(USE_SIM_TIME).value:
+            raise ParameterError(f"{USE_SIM_TIME} must be given at the start of the node: its clock stays (got {change.value})")
     changes = [_in_declared_type(node, change) if change.name in entries else change for change in requested]
     return [change for change in changes if not (node.has_parameter(change.name) and _is_kept(node, change))]
 

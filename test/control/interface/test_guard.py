@@ -51,7 +51,8 @@ def test_values_of_numpy_become_plain_floats_and_flags() -> None:
 
 
 WRONG: list[Any] = [None, 3.0, (1.0, 2.0), ((1.0, 2.0, 3.0), Terms()), ((1.0, 2.0), {}), ((1.0, 2.0), ()), (("a", 2.0), Terms())]
-WRONG += [((1.0, 2.0), Terms(sway_error="a"))]  # type: ignore[arg-type]
+WRONG += [((1.0, 2.0), Terms(sway_error=text)) for text in ("a", "1")]  # type: ignore[arg-type]
+WRONG += [(("1", "2"), Terms()), ((10**400, 2.0), Terms())]
 
 
 @pytest.mark.parametrize("wrong", WRONG, ids=repr)

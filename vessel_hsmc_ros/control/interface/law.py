@@ -273,10 +273,10 @@ def guarded_step(
         raise LawError(described(law, error)) from error
     try:
         (tau_1, tau_2), terms = returned
-        wrench = float(tau_1), float(tau_2)
+        wrench = _number(tau_1), _number(tau_2)
         if not (isinstance(terms, Terms) and all(map(isinstance, terms, KINDS))):
             terms = _plain(terms)
-    except (TypeError, ValueError):
+    except (Exception, SystemExit):  # of the value's own code, or a number beyond a float
         raise LawError(
             f"law {named(law)} returned {returned!r:.100}: step returns (surge force, yaw moment), Terms(...)"
         ) from None
@@ -314,11 +314,16 @@ def described(law: type[Law[Any]] | Law[Any], error: BaseException) -> str:
     return f"law {named(law)} failed at {place.filename}:{place.lineno}: {type(error).__name__}: {message}"
 
 
+def _number(value: Any) -> float:
+    """A number as a plain float; a text such as "1", which float() reads, is none."""
+    return float(1.0 * value)
+
+
 def _plain(terms: Terms) -> Terms:
     """Terms with NumPy's scalars and lists of weights converted. Raises TypeError, ValueError if these are not terms."""
     if not isinstance(terms, Terms):
         raise TypeError
-    converters: dict[Any, Any] = {float: float, bool: bool, np.ndarray: partial(np.asarray, dtype=float)}
+    converters: dict[Any, Any] = {float: _number, bool: bool, np.ndarray: partial(np.asarray, dtype=float)}
     return Terms._make(converters[kind](value) for kind, value in zip(KINDS, terms, strict=True))
 
 
