@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1] / folder) for folder in ("test", "test/support")]
+sys.path.extend([str(Path(__file__).resolve().parents[1] / folder) for folder in ("test", "test/support")])
 from simulation.test_long_rest import SETTLED, error_under_way, rested
 
 RESTS = {"fresh": SETTLED, "6 h": 6.0 * 3600.0, "24 h": 24.0 * 3600.0}
