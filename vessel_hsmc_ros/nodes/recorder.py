@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from rclpy.client import Client
 
 
-"""The parameters of a fleet are thousands of lines, which LibYAML writes ten times as fast, where it is installed."""
-
 RETRY_AFTER = 8  # calls of `request` after which an unanswered request is sent again
 
 

@@ -53,7 +53,8 @@ class _Loader(_Safe):  # type: ignore[misc] # chosen while running
 class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc] # chosen while running
     """Quotes a text that ROS would read as a number or a flag, and writes an object in full wherever it occurs.
 
-    rcl and rosbag2 read no anchors and aliases (`&id001`, `*id001`).
+    rcl and rosbag2 read no anchors and aliases (`&id001`, `*id001`). LibYAML, where it is installed, writes ten times as fast:
+    the parameters of a fleet are thousands of lines.
     """
 
     def ignore_aliases(self, _: Any) -> bool:
