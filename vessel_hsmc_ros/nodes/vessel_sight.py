@@ -17,7 +17,8 @@ from std_msgs.msg import Empty
 from vessel_hsmc_msgs.msg import ControlState
 
 from vessel_hsmc_ros.control.safety.parameters import Operation, Reason
-from vessel_hsmc_ros.core.kinematics import Motion, same
+from vessel_hsmc_ros.core.exceptions import ParameterError
+from vessel_hsmc_ros.core.kinematics import Motion, Plane, same
 from vessel_hsmc_ros.core.timing import NANOSECONDS
 from vessel_hsmc_ros.guidance.waypoints import NONE
 from vessel_hsmc_ros.messages import conversions
@@ -57,8 +58,11 @@ class Latest:
 
 def read_datum(message: NavSatFix) -> tuple[float, float] | None:
     """Latitude and longitude of a message on `odom/datum`, degrees; None of one that states no place."""
-    datum = message.latitude, message.longitude
-    return datum if abs(datum[0]) < 90.0 and abs(datum[1]) <= 360.0 else None  # None for NaN too
+    try:
+        plane = Plane(message.latitude, message.longitude)
+    except ParameterError:
+        return None
+    return plane.latitude, plane.longitude
 
 
 def other_datum(declared: Sequence[float], stated: Sequence[float] | None) -> str:
